@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from pyros1.bridge.exchange.actions import Action, Send
-from pyros1.bridge.exchange.sending import LocalTopic
 from pyros1.bridge.exchange.site import Site
+from pyros1.bridge.exchange.topic_sender import LocalTopic
 from pyros1.bridge.protocol.key_expressions import Key, parse_key, site_key
 from pyros1.bridge.rules.parsing import parse_config
 from pyros1.bridge.rules.rules import Rules

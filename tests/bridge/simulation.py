@@ -30,8 +30,8 @@ from pyros1.bridge.exchange.actions import (
 )
 from pyros1.bridge.exchange.outgoing import ReceivedMessage
 from pyros1.bridge.exchange.peer import State
-from pyros1.bridge.exchange.sending import LocalTopic
 from pyros1.bridge.exchange.site import Site
+from pyros1.bridge.exchange.topic_sender import LocalTopic
 from pyros1.bridge.protocol.packets import MAX_PUBLISHERS
 from pyros1.bridge.rules.parsing import parse_config
 from pyros1.bridge.rules.rules import Rules
@@ -188,7 +188,7 @@ class SimulatedSite:
         self.act(self.site.set_topics(topics, self.now, self.now))
         self.services.look()
         self.act(self.site.set_responding((name for names in self.publishers.values() for name in names), self.now))
-        self.act(self.site.set_demand(self.subscribers & self.kept.keys(), self.now))
+        self.act(self.site.set_subscribed(self.subscribers & self.kept.keys(), self.now))
 
     def act(self, actions: Iterable[Action]) -> None:
         """Do what the site's machine asks for."""
@@ -252,7 +252,7 @@ class SimulatedSite:
         if local in self.subscribed:
             received = ReceivedMessage(publisher, STRING._md5sum, latched, body)
             is_bridged, conversion = publisher == "/bridge", CONVERSIONS.get(local)
-            if conversion and not self.site.sending.would_send(local, conversion, received, is_bridged, self.now):
+            if conversion and not self.site.topic_sender.would_send(local, conversion, received, is_bridged, self.now):
                 return
             self.act(self.site.on_message(local, received, is_bridged, self.now, conversion))
 

@@ -22,7 +22,7 @@ def test_recorded_packets_are_delivered_once(delivery: str, seed: int) -> None:
     pair = Pair(base, arm)
     pair.publish("arm", "/goal")
     pair.wait()
-    pair.pass_on("base", pair.sites["base"].set_demand(["/arm/goal"], pair.now))
+    pair.pass_on("base", pair.sites["base"].set_subscribed(["/arm/goal"], pair.now))
     for number in range(20):
         pair.now += 0.01
         message = ReceivedMessage("/node", STRING._md5sum, False, b"%d" % number)
@@ -48,5 +48,5 @@ def test_recorded_packets_are_delivered_once(delivery: str, seed: int) -> None:
     assert replay(pair.sites["base"]) == []
     again = Site(base, 78, pair.now)  # and the base
     again.set_topics(topics(), pair.now, pair.now)
-    again.set_demand(["/arm/goal"], pair.now)
+    again.set_subscribed(["/arm/goal"], pair.now)
     assert replay(again) == []

@@ -7,7 +7,7 @@ import threading
 import pytest
 
 from pyros1.bridge import deferred as module
-from pyros1.bridge.deferred import RETURN_DELAY, Change, Deferred
+from pyros1.bridge.deferred import RETURN_DELAY, Change, DeferredActions
 from pyros1.bridge.exchange.actions import Advertise, Forget, Publish, SetOrigins, Source, Subscribe, Withdraw
 from pyros1.bridge.names import SharedName
 
@@ -34,57 +34,57 @@ class Clock:
         return self.now
 
 
-def after(*changes: Change) -> Deferred:
+def after(*changes: Change) -> DeferredActions:
     """Return one that has done some changes."""
-    deferred = Deferred(Clock())
+    deferred = DeferredActions(Clock())
     for change in changes:
         deferred.put(change)
-        assert deferred.pop() == [change] and deferred.done() == []
+        assert deferred.pop() == [change] and deferred.finish() == []
     return deferred
 
 
 def test_messages_wait_until_their_topic_is_published() -> None:
-    deferred = Deferred()
+    deferred = DeferredActions()
     assert not deferred.hold(message())
     deferred.put(advertise())
     assert deferred.hold(message(b"1")) and not deferred.hold(message(local="/other"))
     assert deferred.pop() == [advertise()]
     assert deferred.hold(message(b"2"))
-    assert deferred.done() == [message(b"1"), message(b"2")] and not deferred.hold(message(b"3"))
-    assert deferred.pop() == [] and deferred.done() == []
+    assert deferred.finish() == [message(b"1"), message(b"2")] and not deferred.hold(message(b"3"))
+    assert deferred.pop() == [] and deferred.finish() == []
 
 
 def test_where_no_message_waits_nobody_else_has_to() -> None:
     """Otherwise the lock of the state machine would be needed, so that what waits goes first."""
-    deferred = Deferred()
+    deferred = DeferredActions()
     deferred.put(advertise())
-    assert deferred.pop() == [advertise()] and deferred.done_if_nothing_waits()
+    assert deferred.pop() == [advertise()] and deferred.finish_if_nothing_waits()
     assert not deferred.hold(message())
     deferred.put(advertise(md5sum="2"))
     assert deferred.pop() == [advertise(md5sum="2")] and deferred.hold(message())
-    assert not deferred.done_if_nothing_waits() and deferred.hold(message(b"2"))
-    assert deferred.done() == [message(), message(b"2")] and not deferred.hold(message())
+    assert not deferred.finish_if_nothing_waits() and deferred.hold(message(b"2"))
+    assert deferred.finish() == [message(), message(b"2")] and not deferred.hold(message())
 
 
 def test_a_topic_that_was_withdrawn_returns_a_little_later() -> None:
     """Subscribers must notice before that they have lost their connections."""
     now = [5.0]
-    deferred = Deferred(lambda: now[0])
+    deferred = DeferredActions(lambda: now[0])
     deferred.put(advertise())
-    assert deferred.pop() == [advertise()] and deferred.done() == []
+    assert deferred.pop() == [advertise()] and deferred.finish() == []
     deferred.put(Withdraw("/t"))
     deferred.put(advertise(md5sum="2"))
     assert deferred.pop() == [Withdraw("/t")] and deferred.hold(message())
-    assert deferred.done() == [] and deferred.hold(message(b"2")) and deferred.pop() == []
+    assert deferred.finish() == [] and deferred.hold(message(b"2")) and deferred.pop() == []
     deferred.put(advertise("/other"))
-    assert deferred.pop() == [advertise("/other")] and deferred.done() == []
+    assert deferred.pop() == [advertise("/other")] and deferred.finish() == []
     now[0] += 0.9 * RETURN_DELAY
     assert deferred.pop(0.01) == []
     now[0] += 0.2 * RETURN_DELAY
-    assert deferred.pop() == [advertise(md5sum="2")] and deferred.done() == [message(), message(b"2")]
+    assert deferred.pop() == [advertise(md5sum="2")] and deferred.finish() == [message(), message(b"2")]
 
     deferred.put(Withdraw("/t"))
-    assert deferred.pop() == [Withdraw("/t")] and deferred.done() == []
+    assert deferred.pop() == [Withdraw("/t")] and deferred.finish() == []
     deferred.put(advertise())
     assert deferred.pop() == []
     deferred.put(Withdraw("/t"))  # it has not begun yet
@@ -93,19 +93,19 @@ def test_a_topic_that_was_withdrawn_returns_a_little_later() -> None:
 
 
 def test_a_subscription_returns_at_once() -> None:
-    deferred = Deferred(lambda: 5.0)
+    deferred = DeferredActions(lambda: 5.0)
     for on in (True, False, True):
         deferred.put(Subscribe("/s", on))
-        assert deferred.pop() == [Subscribe("/s", on)] and deferred.done() == []
+        assert deferred.pop() == [Subscribe("/s", on)] and deferred.finish() == []
 
 
 def test_only_so_many_withdrawn_topics_are_remembered() -> None:
     """Another site may make up names for ever."""
-    deferred = Deferred(lambda: 5.0)
+    deferred = DeferredActions(lambda: 5.0)
     for number in range(10_001):
         for change in (advertise(f"/t{number}"), Withdraw(f"/t{number}")):
             deferred.put(change)
-            assert deferred.pop() == [change] and deferred.done() == []
+            assert deferred.pop() == [change] and deferred.finish() == []
     deferred.put(advertise("/t10000"))
     assert deferred.pop() == []
     deferred.put(advertise("/t0"))
@@ -117,7 +117,7 @@ def test_a_topic_that_could_not_be_withdrawn_is_withdrawn_before_it_returns() ->
     deferred.put(Withdraw("/t"))
     deferred.put(advertise(md5sum="2"))
     deferred.fail(deferred.pop())
-    assert deferred.pop() == [Withdraw("/t")] and deferred.done() == []
+    assert deferred.pop() == [Withdraw("/t")] and deferred.finish() == []
     assert deferred.pop() == [advertise(md5sum="2")]
 
 
@@ -128,12 +128,12 @@ def test_however_often_a_topic_comes_and_goes_no_more_waits() -> None:
         deferred.put(advertise(md5sum=str(number)))
         deferred.put(Subscribe("/s", False))
         deferred.put(Subscribe("/s", True))
-    assert deferred.pop() == [Withdraw("/t")] and deferred.done() == []
-    assert deferred.pop() == [advertise(md5sum="999")] and deferred.done() == []
-    assert deferred.pop() == [Subscribe("/s", False), Subscribe("/s", True)] and deferred.done() == []
+    assert deferred.pop() == [Withdraw("/t")] and deferred.finish() == []
+    assert deferred.pop() == [advertise(md5sum="999")] and deferred.finish() == []
+    assert deferred.pop() == [Subscribe("/s", False), Subscribe("/s", True)] and deferred.finish() == []
     deferred.put(advertise())
     deferred.put(Withdraw("/t"))
-    assert deferred.pop() == [Withdraw("/t")] and deferred.done() == [] and deferred.pop() == []
+    assert deferred.pop() == [Withdraw("/t")] and deferred.finish() == [] and deferred.pop() == []
 
 
 def test_what_never_began_need_not_end() -> None:
@@ -149,25 +149,25 @@ def test_what_never_began_need_not_end() -> None:
     deferred.put(advertise())
     assert deferred.pop() == [advertise()]
     deferred.put(Withdraw("/t"))  # meanwhile
-    assert deferred.done() == [] and deferred.pop() == [Withdraw("/t")]
+    assert deferred.finish() == [] and deferred.pop() == [Withdraw("/t")]
 
 
 def test_messages_of_a_topic_that_is_withdrawn_are_not_published_later() -> None:
     """It may be published again with another type."""
-    deferred = Deferred(Clock())
+    deferred = DeferredActions(Clock())
     deferred.put(advertise())
     deferred.hold(message(b"old"))
     deferred.pop()
     deferred.put(Withdraw("/t"))
     deferred.put(advertise(md5sum="2"))
     deferred.hold(message(b"new"))
-    assert deferred.done() == [] and deferred.dropped == 1
-    assert deferred.pop() == [Withdraw("/t")] and deferred.done() == []
-    assert deferred.pop() == [advertise(md5sum="2")] and deferred.done() == [message(b"new")]
+    assert deferred.finish() == [] and deferred.dropped == 1
+    assert deferred.pop() == [Withdraw("/t")] and deferred.finish() == []
+    assert deferred.pop() == [advertise(md5sum="2")] and deferred.finish() == [message(b"new")]
 
 
 def test_what_is_forgotten_does_not_wait() -> None:
-    deferred = Deferred()
+    deferred = DeferredActions()
     assert not deferred.hold(Forget("/t", Source(*RED, 1)))
     deferred.put(advertise())
     messages = [message(str(number).encode(), publisher=number % 3) for number in range(9)]
@@ -175,17 +175,17 @@ def test_what_is_forgotten_does_not_wait() -> None:
         deferred.hold(each)
     assert not deferred.hold(Forget("/t", Source(*RED, 1))), "an earlier message may have been published"
     deferred.pop()
-    assert deferred.done() == [each for each in messages if each.source != Source(*RED, 1)]
+    assert deferred.finish() == [each for each in messages if each.source != Source(*RED, 1)]
 
 
 def test_notes_of_publishers_that_are_gone_do_not_pile_up(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(module, "MAX_MESSAGES", 1)
-    deferred = Deferred()
+    deferred = DeferredActions()
     deferred.put(advertise())
     for number in range(100):
         deferred.hold(message(publisher=number))
         deferred.hold(Forget("/t", Source(*RED, number)))
-    assert deferred.dropped == 0 and deferred.pop() and deferred.done() == []
+    assert deferred.dropped == 0 and deferred.pop() and deferred.finish() == []
 
 
 def test_a_change_of_a_topic_that_is_published() -> None:
@@ -196,14 +196,14 @@ def test_a_change_of_a_topic_that_is_published() -> None:
     assert deferred.pop() == [second]
     deferred.fail([second])
     deferred.put(first)
-    assert deferred.pop() == [first] and deferred.done() == []
+    assert deferred.pop() == [first] and deferred.finish() == []
 
     deferred.put(advertise())
     failed = deferred.pop()
     deferred.put(first)
     deferred.fail(failed)
     assert deferred.pop() == [advertise(), first], "a change does not replace the beginning"
-    deferred.done()
+    deferred.finish()
     deferred.put(first)
     deferred.put(Withdraw("/t"))
     assert deferred.pop() == [Withdraw("/t")]
@@ -214,11 +214,11 @@ def test_what_failed_is_tried_again_unless_something_else_is_wanted() -> None:
     deferred.put(Withdraw("/t"))
     deferred.put(advertise())
     deferred.hold(message())
-    assert deferred.pop() == [Withdraw("/t")] and deferred.done() == []
+    assert deferred.pop() == [Withdraw("/t")] and deferred.finish() == []
     deferred.fail(deferred.pop())
     assert deferred.pop() == [] and deferred.hold(message())
     deferred.retry()
-    assert deferred.pop() == [advertise()] and deferred.done() == [message(), message()]
+    assert deferred.pop() == [advertise()] and deferred.finish() == [message(), message()]
     deferred.retry()
     assert deferred.pop() == []
 
@@ -227,14 +227,14 @@ def test_what_failed_is_tried_again_unless_something_else_is_wanted() -> None:
     failed = deferred.pop()
     deferred.put(advertise(md5sum="2"))
     deferred.fail(failed)
-    assert deferred.pop() == [Withdraw("/t")] and deferred.done() == []
-    assert deferred.pop() == [advertise(md5sum="2")] and deferred.done() == []
+    assert deferred.pop() == [Withdraw("/t")] and deferred.finish() == []
+    assert deferred.pop() == [advertise(md5sum="2")] and deferred.finish() == []
 
     deferred.put(advertise(md5sum="3"))
     deferred.fail(deferred.pop())
     deferred.put(Withdraw("/t"))
     deferred.retry()
-    assert deferred.pop() == [Withdraw("/t")] and deferred.done() == [] and deferred.pop() == []
+    assert deferred.pop() == [Withdraw("/t")] and deferred.finish() == [] and deferred.pop() == []
 
     deferred.put(Subscribe("/s", False))
     deferred.put(Subscribe("/s", True))
@@ -244,31 +244,31 @@ def test_what_failed_is_tried_again_unless_something_else_is_wanted() -> None:
 
 
 def test_what_an_unexpected_exception_has_kept_from_being_done_is_tried_again() -> None:
-    deferred = Deferred()
+    deferred = DeferredActions()
     deferred.put(advertise())
     assert deferred.pop() == [advertise()] and deferred.hold(message())
     assert deferred.pop() == [] and deferred.hold(message())
     deferred.retry()
-    assert deferred.pop() == [advertise()] and deferred.done() == [message(), message()]
+    assert deferred.pop() == [advertise()] and deferred.finish() == [message(), message()]
 
 
 def test_what_waits_is_bounded(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(module, "MAX_MESSAGES", 3)
     monkeypatch.setattr(module, "MAX_BYTES", 10)
-    deferred = Deferred()
+    deferred = DeferredActions()
     deferred.put(advertise())
     for _ in range(5):
         assert deferred.hold(message(b"x"))
     assert deferred.dropped == 2
     deferred.pop()
-    assert len(deferred.done()) == 3
+    assert len(deferred.finish()) == 3
     deferred.put(advertise())
     assert all(deferred.hold(message(body)) for body in (bytes(20), b"x"))
-    assert deferred.dropped == 3 and deferred.pop() and deferred.done() == [message(bytes(20))]
+    assert deferred.dropped == 3 and deferred.pop() and deferred.finish() == [message(bytes(20))]
 
 
 def test_waiting_ends_when_there_is_something_to_do() -> None:
-    deferred = Deferred()
+    deferred = DeferredActions()
     found: list[object] = []
     for end in (lambda: deferred.put(advertise()), deferred.wake):
         thread = threading.Thread(target=lambda: found.append(deferred.pop(60.0)))
@@ -276,7 +276,7 @@ def test_waiting_ends_when_there_is_something_to_do() -> None:
         while thread.is_alive():
             end()  # type: ignore[no-untyped-call]
             thread.join(0.01)
-        deferred.done()
+        deferred.finish()
         while deferred.pop():
-            deferred.done()
+            deferred.finish()
     assert found == [[advertise()], []]

@@ -15,12 +15,12 @@ import pytest
 
 from pyros1.bridge.exchange.clock_offset import ClockOffset
 from pyros1.bridge.exchange.outgoing import OutgoingTopic
-from pyros1.bridge.exchange.receiving import Receiving
 from pyros1.bridge.exchange.remote_nodes import RemoteNodes
-from pyros1.bridge.exchange.sending import Sending
 from pyros1.bridge.exchange.services.calls import Calls
-from pyros1.bridge.exchange.services.served import Served
+from pyros1.bridge.exchange.services.served import ServedServices
 from pyros1.bridge.exchange.streams import Delivery, LatchedStream, NewestStream, ReliableStream
+from pyros1.bridge.exchange.topic_receiver import TopicReceiver
+from pyros1.bridge.exchange.topic_sender import TopicSender
 
 from .simulation import Simulation
 
@@ -55,7 +55,7 @@ def forward_all(original: Any) -> Callable[..., Any]:
 
 
 def forget_all(original: Any) -> Callable[..., Any]:
-    def on_call(self: Served, *args: Any) -> Any:
+    def on_call(self: ServedServices, *args: Any) -> Any:
         self.callers.clear()
         return original(self, *args)
 
@@ -80,8 +80,13 @@ MISTAKES: dict[str, tuple[Any, str, Any, str]] = {
     "ages are not known": (ClockOffset, "age", lambda *_: 0.0, "s old"),
     "the last numbers are not compared": (LatchedStream, "on_tail", lambda *_: None, "not"),
     "publishers that are gone are not noted": (OutgoingTopic, "drop_publishers", lambda *_: [], "not"),
-    "requests of sites that are gone stay": (Sending, "set_requests", lambda *_: [], "subscribes"),
-    "calls that were carried out are forgotten": (Served, "on_call", forget_all(Served.on_call), "carried out twice"),
+    "requests of sites that are gone stay": (TopicSender, "set_requests", lambda *_: [], "subscribes"),
+    "calls that were carried out are forgotten": (
+        ServedServices,
+        "on_call",
+        forget_all(ServedServices.on_call),
+        "carried out twice",
+    ),
     "calls have no deadline": (Calls, "tick", lambda *_: [], "has 0 results"),
     "calls of a site that has gone stay": (Calls, "fail_all", lambda *_: [], "carried out twice"),
     "names that are taken are not noted": (
@@ -90,16 +95,21 @@ MISTAKES: dict[str, tuple[Any, str, Any, str]] = {
         take_all(Calls.set_taken),
         "provides what a node here provides",
     ),
-    "what a lost site offers stays published": (Receiving, "_present", lambda self, peer: peer in self._peers, "lost"),
-    "pauses never end": (Receiving, "end_pauses", lambda *_: False, "subscribes|represents"),
+    "what a lost site offers stays published": (
+        TopicReceiver,
+        "_present",
+        lambda self, peer: peer in self._peers,
+        "lost",
+    ),
+    "pauses never end": (TopicReceiver, "end_pauses", lambda *_: False, "subscribes|represents"),
     "nodes that are gone stay": (RemoteNodes, "update", add_only(RemoteNodes.update), "represents|lost"),
     "what is for all is not listened to again": (
-        Receiving,
+        TopicReceiver,
         "set_separate",
-        listen_never_again(Receiving.set_separate),
+        listen_never_again(TopicReceiver.set_separate),
         "not|arrive",
     ),
-    "the demand here is ignored": (Receiving, "set_demand", lambda *_: [], "subscribes"),
+    "the subscribers here are ignored": (TopicReceiver, "set_subscribed", lambda *_: [], "subscribes"),
 }
 NOTICED_BY = {
     "the last numbers are not compared": 10,
@@ -121,12 +131,12 @@ def test_the_simulation_notices_mistakes(mistake: str, monkeypatch: pytest.Monke
 
 
 def test_the_simulation_notices_loops(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(Sending, "on_message", forward_all(Sending.on_message))
+    monkeypatch.setattr(TopicSender, "on_message", forward_all(TopicSender.on_message))
     for seed in range(3):
         Simulation(seed).run()  # topics that only bridges publish are not offered, so there is no loop yet
-    original = Sending.set_topics
+    original = TopicSender.set_topics
 
-    def offer_all(self: Sending, topics: Any, asked_at: float, now: float) -> Any:
+    def offer_all(self: TopicSender, topics: Any, asked_at: float, now: float) -> Any:
         known = {topic.name: topic for topic in topics}
         template = next(iter(known.values()), None)
         if template is not None:
@@ -135,7 +145,7 @@ def test_the_simulation_notices_loops(monkeypatch: pytest.MonkeyPatch) -> None:
                 known.setdefault(name, template._replace(name=name, publishers=("/bridge",)))
         return original(self, known.values(), asked_at, now)
 
-    monkeypatch.setattr(Sending, "set_topics", offer_all)
+    monkeypatch.setattr(TopicSender, "set_topics", offer_all)
     with pytest.raises(AssertionError):
         for seed in range(10):
             Simulation(seed).run()

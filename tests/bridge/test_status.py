@@ -155,7 +155,7 @@ def test_topics_that_flow_are_counted() -> None:
     pair.wait()
     pair.publish("arm", "/a", "/b")
     pair.wait()
-    pair.pass_on("base", pair.sites["base"].set_demand({"/arm/a", "/arm/b"}, pair.now))
+    pair.pass_on("base", pair.sites["base"].set_subscribed({"/arm/a", "/arm/b"}, pair.now))
     pair.wait()
     message = ReceivedMessage("/node", STRING._md5sum, False, b"\x01\0\0\0x")
     for _ in range(2):

@@ -30,7 +30,7 @@ _MAX_WITHDRAWN = 10_000
 _Key = tuple[bool, str, Conversion | None]  # whether it is about a subscription, the topic, and how it is converted
 
 
-class _Pending:
+class _PendingActions:
     """The pending actions of a topic: an end, then a start, then a change; each may be missing."""
 
     def __init__(self) -> None:
@@ -42,7 +42,7 @@ class _Pending:
         return [action for action in (self.end, self.begin, self.change) if action is not None]
 
 
-class Deferred:
+class DeferredActions:
     """The actions that wait for the master. May be used in several threads.
 
     Args:
@@ -57,10 +57,10 @@ class Deferred:
         self._clock = clock
         self._withdrawn_at: dict[_Key, float] = {}
         self._changed = threading.Condition()
-        self._pending: dict[_Key, _Pending] = {}
-        self._failed: dict[_Key, _Pending] = {}
+        self._pending: dict[_Key, _PendingActions] = {}
+        self._failed: dict[_Key, _PendingActions] = {}
         self._busy: _Key | None = None
-        self._popped = _Pending()  # what was popped last
+        self._popped = _PendingActions()  # what was popped last
         self._begun: set[_Key] = set()  # what there is at the master, or may be
         self._held: dict[str, dict[Source, list[tuple[int, Publish]]]] = {}  # by topic, with their order
         self._held_number = self._held_count = self._held_bytes = 0
@@ -71,7 +71,7 @@ class Deferred:
         key = _key(action)
         with self._changed:
             pending = self._failed.pop(key, None)
-            pending = self._pending.setdefault(key, pending or _Pending())
+            pending = self._pending.setdefault(key, pending or _PendingActions())
             if isinstance(action, SetOrigins):
                 pending.change = action
             elif _is_start(action):
@@ -118,7 +118,7 @@ class Deferred:
         return messages
 
     def pop(self, timeout: float = 0.0) -> list[Change]:
-        """Wait for actions, and return those that are due for one topic, in order. Afterwards, `done`
+        """Wait for actions, and return those that are due for one topic, in order. Afterwards, `finish`
         or `fail` must be called; if neither was, a bug has prevented it, and it counts as
         failed.
 
@@ -139,7 +139,7 @@ class Deferred:
             self._begun.add(key)
             pending = self._pending[key]
             if isinstance(pending.end, Withdraw) and pending.begin is not None:
-                self._popped = _Pending()  # what begins follows later
+                self._popped = _PendingActions()  # what begins follows later
                 self._popped.end, pending.end = pending.end, None
             else:
                 self._popped = self._pending.pop(key)
@@ -153,20 +153,20 @@ class Deferred:
                 return key
         return None
 
-    def done_if_nothing_waits(self) -> bool:
+    def finish_if_nothing_waits(self) -> bool:
         """Mark the popped actions as done, unless messages wait for them; return whether they were marked."""
         with self._changed:
             if self._busy is not None and self._busy[1] in self._held:
                 return False
-            self._done()
+            self._finish()
             return True
 
-    def done(self) -> list[Publish]:
+    def finish(self) -> list[Publish]:
         """Mark the popped actions as done, and return the messages that waited for them, in order."""
         with self._changed:
-            return self._done()
+            return self._finish()
 
-    def _done(self) -> list[Publish]:
+    def _finish(self) -> list[Publish]:
         key, self._busy = self._busy, None
         if key is not None and self._popped.end is not None and self._popped.begin is None:
             self._begun.discard(key)
@@ -190,7 +190,7 @@ class Deferred:
         if key is None:
             return
         newer = self._pending.get(key)
-        pending = newer or self._failed.setdefault(key, _Pending())
+        pending = newer or self._failed.setdefault(key, _PendingActions())
         is_superseded = pending.end is not None or pending.begin is not None
         for action in actions:
             if isinstance(action, SetOrigins):

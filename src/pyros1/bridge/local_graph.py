@@ -7,7 +7,7 @@ from functools import partial
 from time import monotonic
 from typing import NamedTuple
 
-from pyros1.bridge.exchange.sending import LocalTopic
+from pyros1.bridge.exchange.topic_sender import LocalTopic
 from pyros1.doctor.bridge_status import STATUS_SERVICE, find_providers
 from pyros1.doctor.concurrent import run_concurrently
 from pyros1.doctor.facts import ReportedType

@@ -8,7 +8,7 @@ queued, so that they are done in their order; none of them waits. These are the 
   the latter also ticks (`pyros1.bridge.packet_worker`);
 - the master thread asks the master, and subscribes and advertises, all of which may wait for the master;
 - the sender has two threads, which may wait for the network (`pyros1.bridge.transport.sender`);
-- if messages are converted, two threads do that (`pyros1.bridge.converting`).
+- if messages are converted, two threads do that (`pyros1.bridge.conversion_pool`).
 
 So neither a slow master nor a slow network stops the node's loop, its callbacks, or the link's own threads.
 """
@@ -21,11 +21,12 @@ import time
 from collections.abc import Callable, Collection, Iterable
 from functools import partial
 
+from pyros1.bridge.bridge_publishers import BRIDGE_FIELD, BridgePublishers
 from pyros1.bridge.clock import steady_now
+from pyros1.bridge.conversion_pool import ConversionPool, PendingMessage, Source
 from pyros1.bridge.conversions.conversion import Conversion
 from pyros1.bridge.conversions.converters import with_conversions
-from pyros1.bridge.converting import Converting, Pending, Source
-from pyros1.bridge.deferred import Change, Deferred
+from pyros1.bridge.deferred import Change, DeferredActions
 from pyros1.bridge.exchange.actions import (
     Action,
     Advertise,
@@ -53,7 +54,6 @@ from pyros1.bridge.link_report import LinkReport
 from pyros1.bridge.local_graph import LocalGraph
 from pyros1.bridge.packet_worker import PacketWorker
 from pyros1.bridge.publisher_watch import PublisherWatch
-from pyros1.bridge.publishing import BRIDGE_FIELD, Publishing
 from pyros1.bridge.rates import Rates
 from pyros1.bridge.rules.rules import Priority, Rules
 from pyros1.bridge.service_ends import ServiceEnds
@@ -104,18 +104,18 @@ class Bridge:
         self._rules = rules
         self._lock = threading.RLock()  # since the sender may ask for probes in the thread that gives it a packet
         self._site = Site(rules, int.from_bytes(os.urandom(8), "little") | 1, steady_now())
-        self._publishing = Publishing(node, rules.site)
+        self._bridge_publishers = BridgePublishers(node, rules.site)
         self._graph = LocalGraph(Graph(node.master), self._may_be_sent)
         self._services = ServiceEnds(node, rules, self._site, self._do_next)
         self._watch = PublisherWatch(node, rules.loss_delay, self._on_watched)
         self._stand_ins = StandIns(node)
         self._subscribers: dict[tuple[str, Conversion | None], Subscriber[AnyMsg]] = {}
-        self._converting = Converting(self, node.log.internal_error)
+        self._conversion_pool = ConversionPool(self, node.log.internal_error)
         self._unconvertible: dict[str, str] = {}
         self._rates = Rates()
-        self._deferred = Deferred()
+        self._deferred = DeferredActions()
         self._next_poll = 0.0
-        self._demand: frozenset[str] = frozenset()
+        self._subscribed: frozenset[str] = frozenset()
         self._is_closing = False
         self._problems: dict[str, int] = {}
         self._close_lock = threading.Lock()
@@ -152,7 +152,7 @@ class Bridge:
     def _tick(self, now: float) -> None:
         """Call the state machine's timer. Called with the lock."""
         self._act(self._site.tick(now))
-        self.inbox.known = self._site.known()
+        self.inbox.known = self._site.known_sites()
         if self._rates.is_due(now):
             self._rates.add(flow_counts(self._site), now)
 
@@ -173,7 +173,7 @@ class Bridge:
                     self._publish(action)
                 case Forget():
                     if not self._deferred.hold(action):
-                        self._publishing.forget(action)
+                        self._bridge_publishers.forget(action)
                 case RepresentNode():
                     self._stand_ins.note(action)
                     self._deferred.wake()
@@ -186,7 +186,7 @@ class Bridge:
                 case Log():
                     self._log(action)
                 case RestartConversion():
-                    self._converting.restart((action.local, action.conversion))
+                    self._conversion_pool.restart((action.local, action.conversion))
                 case Subscribe() | SetOrigins() | Advertise() | Withdraw():
                     self._deferred.put(action)
 
@@ -203,7 +203,7 @@ class Bridge:
         if self._deferred.hold(action):
             return
         try:
-            if not self._publishing.publish(action):
+            if not self._bridge_publishers.publish(action):
                 self._count("messages of topics that could not be published")
         except Error as error:
             if self._node.ok():
@@ -250,11 +250,11 @@ class Bridge:
             self._deferred.retry()
             for log in self._link_report.update(steady_now()):
                 self._log(log)
-        demand = self._publishing.demand(self._graph.bridges)
-        if demand != self._demand:
-            self._demand = demand
+        subscribed = self._bridge_publishers.subscribed_topics(self._graph.bridges)
+        if subscribed != self._subscribed:
+            self._subscribed = subscribed
             with self._lock:
-                self._act(self._site.set_demand(demand, steady_now()))
+                self._act(self._site.set_subscribed(subscribed, steady_now()))
 
     def _change(self, changes: list[Change]) -> None:
         """Carry out the actions that may wait for the master."""
@@ -266,19 +266,19 @@ class Bridge:
                 if self._node.ok():
                     self._node.log.peer_event(WARN, "cannot bridge a topic: %s", error)
                 return
-        if self._deferred.done_if_nothing_waits():
+        if self._deferred.finish_if_nothing_waits():
             return  # others would wait for the lock: there may be thousands of topics
         with self._lock:  # publish the waiting messages before later ones
-            self._act(self._deferred.done())
+            self._act(self._deferred.finish())
 
     def _do(self, action: Change) -> None:
         match action:
             case Advertise():
-                self._publishing.advertise(action)
+                self._bridge_publishers.advertise(action)
             case Withdraw(local):
-                self._publishing.withdraw(local)
+                self._bridge_publishers.withdraw(local)
             case SetOrigins(local, origins):
-                self._publishing.set_origins(local, origins)
+                self._bridge_publishers.set_origins(local, origins)
             case Subscribe():
                 self._subscribe(action)
 
@@ -286,7 +286,7 @@ class Bridge:
         local, on, conversion = action
         if on:
             if conversion is not None:
-                self._converting.start((local, conversion))
+                self._conversion_pool.start((local, conversion))
             callback = partial(self._on_message, local, conversion)
             subscriber = self._node.subscribe(FullName(local), AnyMsg, callback, queue_size=_QUEUE_SIZE)
             self._subscribers[local, conversion] = subscriber
@@ -295,7 +295,7 @@ class Bridge:
         if old is not None:
             old.unregister()
         if conversion is not None:
-            self._converting.stop((local, conversion))
+            self._conversion_pool.stop((local, conversion))
 
     def _poll(self) -> None:
         asked_at = steady_now()
@@ -309,7 +309,9 @@ class Bridge:
             return
         with self._lock:
             self._act(self._site.set_topics(topics, asked_at, steady_now()))
-            wanted = [name for topic, local, _ in self._site.sent() if topic.requests for name in local.publishers]
+            wanted = [
+                name for topic, local, _ in self._site.sent_topics() if topic.requests for name in local.publishers
+            ]
         if self._node.ok():
             self._watch.update(wanted, self._graph.publishers)
 
@@ -334,28 +336,30 @@ class Bridge:
         received = ReceivedMessage(publisher, md5sum, header.get("latching") == "1", bytes(message._buff))
         now = steady_now()
         if conversion is not None:
-            self._converting.put((local, conversion), Pending(received, header.get("type", ""), is_bridged, now))
+            self._conversion_pool.put(
+                (local, conversion), PendingMessage(received, header.get("type", ""), is_bridged, now)
+            )
             return
         with self._lock:
             self._act(self._site.on_message(local, received, is_bridged, now))
 
     # Conversions; called by the converting threads -------------------------------------------------------------------
 
-    def would_send(self, source: Source, pending: Pending) -> bool:
-        """See `pyros1.bridge.converting.Outlet`."""
+    def would_send(self, source: Source, pending: PendingMessage) -> bool:
+        """See `pyros1.bridge.conversion_pool.ConversionSink`."""
         with self._lock:
-            return self._site.sending.would_send(*source, pending.received, pending.is_bridged, pending.at)
+            return self._site.topic_sender.would_send(*source, pending.received, pending.is_bridged, pending.at)
 
-    def send(self, source: Source, pending: Pending) -> None:
-        """See `pyros1.bridge.converting.Outlet`."""
+    def send(self, source: Source, pending: PendingMessage) -> None:
+        """See `pyros1.bridge.conversion_pool.ConversionSink`."""
         local, conversion = source
         with self._lock:
             self._act(self._site.on_message(local, pending.received, pending.is_bridged, pending.at, conversion))
 
     def drop(self, source: Source, reason: str) -> None:
-        """See `pyros1.bridge.converting.Outlet`."""
+        """See `pyros1.bridge.conversion_pool.ConversionSink`."""
         with self._lock:
-            self._site.sending.drop(*source, reason)
+            self._site.topic_sender.drop(*source, reason)
 
     # Shutdown ---------------------------------------------------------------------------------------------------------
 
@@ -365,7 +369,7 @@ class Bridge:
             **self._graph.problems,
             **self._services.problems,
             **self._unconvertible,
-            **self._converting.problems,
+            **self._conversion_pool.problems,
         }
         with self._lock:
             return status_json(
@@ -389,7 +393,7 @@ class Bridge:
         self._worker.close()
         self._master_thread.join(_JOIN_TIME)
         self._services.close()
-        self._converting.close()
+        self._conversion_pool.close()
         self._sender.close()
         self._link.close()
         self._stand_ins.close()
@@ -397,4 +401,4 @@ class Bridge:
             for subscriber in self._subscribers.values():
                 subscriber.unregister()
             self._watch.close()
-            self._publishing.close()
+            self._bridge_publishers.close()

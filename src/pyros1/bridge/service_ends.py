@@ -12,6 +12,7 @@ from functools import lru_cache, partial
 from itertools import count
 from time import monotonic
 
+from pyros1.bridge.bridge_publishers import BRIDGE_FIELD
 from pyros1.bridge.exchange.actions import Action, CallService, Provide, Return, ServiceAction, StopProviding
 from pyros1.bridge.exchange.services.call_packets import encode_error
 from pyros1.bridge.exchange.services.served import MAX_RUNNING, LocalService
@@ -20,9 +21,8 @@ from pyros1.bridge.local_graph import find_bridges
 from pyros1.bridge.local_services import LocalServices
 from pyros1.bridge.parameters import PARAMETER_SERVICE, ParameterError, answer, decode_question
 from pyros1.bridge.protocol.calls import Status
-from pyros1.bridge.publishing import BRIDGE_FIELD
 from pyros1.bridge.rules.rules import Rules
-from pyros1.bridge.rules.services import PARAMETERS, served
+from pyros1.bridge.rules.services import PARAMETERS, match_served
 from pyros1.graph import Graph, SystemState
 from pyros1.ground.errors import Error, NodeError, ServiceError, ServiceRefusal
 from pyros1.ground.names import FullName
@@ -66,7 +66,7 @@ PARAMETERS_CLASS = raw_service(
 """The class of the service `PARAMETER_SERVICE`, whose requests are questions and whose responses are answers."""
 
 
-class _Waiting:
+class _WaitingCall:
     """A call that a node here has made, until its result comes."""
 
     def __init__(self) -> None:
@@ -92,7 +92,7 @@ class ServiceEnds:
         self._do = do
         graph = Graph(node.master)
         self._graph = graph
-        self._local = LocalServices(graph, lambda name: served(rules, name) is not None)
+        self._local = LocalServices(graph, lambda name: match_served(rules, name) is not None)
         self._wanted: dict[str, Provide] = {}
         self._provided: dict[str, tuple[Provide, ServiceServer]] = {}
         self._changed: set[str] = set()  # the services that are not as wanted, or perhaps not
@@ -100,7 +100,7 @@ class ServiceEnds:
         self._clients: set[ServiceClient] = set()
         self._types: dict[str, LocalService] = {}
         self._workers = Workers(f"{node.name}:call", MAX_RUNNING)
-        self._waiting: dict[int, _Waiting] = {}
+        self._waiting: dict[int, _WaitingCall] = {}
         self._tokens = count(1)
         self._is_closing = False
 
@@ -201,7 +201,7 @@ class ServiceEnds:
         )
 
     def _wait(self, call: Callable[[int, float], list[Action]]) -> AnyMsg:
-        token, waiting = next(self._tokens), _Waiting()
+        token, waiting = next(self._tokens), _WaitingCall()
         self._waiting[token] = waiting
         try:
             self._do(partial(call, token))

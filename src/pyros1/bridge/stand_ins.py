@@ -29,7 +29,7 @@ class _Wanted(NamedTuple):
     serial: int
 
 
-class _Running(NamedTuple):
+class _RunningNode(NamedTuple):
     node: Node
     serial: int
 
@@ -46,7 +46,7 @@ class StandIns:
         self._graph = Graph(node.master)
         self._lock = threading.Lock()
         self._wanted: dict[str, _Wanted] = {}
-        self._running: dict[str, _Running] = {}
+        self._running: dict[str, _RunningNode] = {}
         self._retry_at: dict[str, float] = {}
         self._serial = 0
         self._is_closing = False
@@ -77,7 +77,7 @@ class StandIns:
             self._retry_at[local] = now + RETRY_PERIOD
             node_or_none = self._start(wanted[local].action)
             if node_or_none is not None:
-                self._running[local] = _Running(node_or_none, wanted[local].serial)
+                self._running[local] = _RunningNode(node_or_none, wanted[local].serial)
             if self._is_closing:  # in another thread, perhaps before it was among those that run
                 self._end(local)
                 return

@@ -10,10 +10,10 @@ from typing import Any, TypeVar
 from pyros1 import __version__
 from pyros1.bridge.exchange.incoming import ReceivedTopic
 from pyros1.bridge.exchange.outgoing import OutgoingTopic
-from pyros1.bridge.exchange.sending import Flow
 from pyros1.bridge.exchange.services.call_packets import CallCounts
 from pyros1.bridge.exchange.services.calls import RemoteService
 from pyros1.bridge.exchange.site import Site
+from pyros1.bridge.exchange.topic_sender import Flow
 from pyros1.bridge.protocol.key_expressions import again_key, topic_key
 from pyros1.bridge.rates import Count, Rate, Rates
 from pyros1.bridge.rules.services import PARAMETERS
@@ -46,7 +46,7 @@ def status_json(
         problems: topic -> why it cannot be sent.
         trouble: what went wrong, and how often.
     """
-    received, more_topics = listed(site.received(), lambda each: each.peer, _received_size)
+    received, more_topics = listed(site.received_topics(), lambda each: each.peer, _received_size)
     called, more_services = listed(site.services.calls.services(), lambda each: each.peer, _called_size)
     status = {
         "site": site.name,
@@ -76,7 +76,7 @@ def status_json(
                 **rate_cells(rates.rate(("", topic.topic))),
                 "dropped": _add(flow.drops, *(sender.drops(key) for key in _keys(topic))),
             }
-            for topic, local, flow in site.sent()
+            for topic, local, flow in site.sent_topics()
         ],
         "received": [
             {
@@ -172,8 +172,8 @@ def flow_counts(site: Site) -> dict[Hashable, Count]:
     """Return how much of each topic has been sent and received, for the rates in the status; without those of which
     nothing has. This is called each second, and there may be thousands of topics.
     """
-    flows: list[tuple[Hashable, Flow]] = [(("", topic.topic), flow) for topic, _, flow in site.sent()]
-    flows += site.receiving.flows()
+    flows: list[tuple[Hashable, Flow]] = [(("", topic.topic), flow) for topic, _, flow in site.sent_topics()]
+    flows += site.topic_receiver.flows()
     return {key: Count(flow.messages, flow.bytes) for key, flow in flows if flow.messages}
 
 

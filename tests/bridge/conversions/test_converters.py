@@ -12,7 +12,7 @@ from tests.bodies import decode, encode
 
 from pyros1.bridge.conversions.conversion import Conversion
 from pyros1.bridge.conversions.converters import Converter, check_installed, converted_type, with_conversions
-from pyros1.bridge.exchange.sending import LocalTopic
+from pyros1.bridge.exchange.topic_sender import LocalTopic
 from pyros1.bridge.rules.parsing import parse_config
 from pyros1.ground.errors import Error, MessageError
 from pyros1.msgs import load_message

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from pyros1.bridge.exchange import receiving
+from pyros1.bridge.exchange import topic_receiver
 from pyros1.bridge.exchange.actions import (
     Action,
     Advertise,
@@ -24,11 +24,11 @@ from pyros1.bridge.exchange.actions import (
 )
 from pyros1.bridge.exchange.outgoing import DropReason, ReceivedMessage
 from pyros1.bridge.exchange.peer import FORGET_DELAY, HEARD_DELAY, State
-from pyros1.bridge.exchange.receiving import MAX_TOPICS, Receiving
-from pyros1.bridge.exchange.sending import LocalTopic
 from pyros1.bridge.exchange.site import MAX_SITES, Site
 from pyros1.bridge.exchange.slow_sites import FIRST_TIME, OVERLAP
 from pyros1.bridge.exchange.streams import MESSAGE_COST, NewestStream
+from pyros1.bridge.exchange.topic_receiver import MAX_TOPICS, TopicReceiver
+from pyros1.bridge.exchange.topic_sender import LocalTopic
 from pyros1.bridge.names import SharedName
 from pyros1.bridge.protocol import packets
 from pyros1.bridge.protocol.key_expressions import Channel, Key, parse_key, site_key
@@ -121,7 +121,7 @@ def wanted(liar: Liar, *offers: OfferedTopic) -> None:
     liar.meet()
     liar.offer(*(offers or (offered(),)))
     liar.define()
-    liar.take(liar.site.set_demand(["/red/odom", "/red/map", "/cmd_vel"], liar.now))
+    liar.take(liar.site.set_subscribed(["/red/odom", "/red/map", "/cmd_vel"], liar.now))
     liar.now += 0.5
     liar.heartbeat()
 
@@ -143,7 +143,7 @@ def test_latched_messages_of_two_topics_with_one_name_here() -> None:
     first, second = SharedName("red", "/a/map"), SharedName("red", "/b/map")
     liar.offer(offered(first, latched=True), offered(second, latched=True))
     liar.define()
-    liar.take(site.set_demand(["/x/map"], 0.0))
+    liar.take(site.set_subscribed(["/x/map"], 0.0))
     for topic in (first, second):
         assert only(Publish, liar.message(1, topic=topic, flags=Flag.LATCHED)) == [
             Publish("/x/map", Source("red", topic, 1), b"x", True)
@@ -183,7 +183,7 @@ def test_messages_of_a_site_that_has_not_answered_do_not_count(liar: Liar) -> No
 
 def test_topics_of_third_sites_are_refused(liar: Liar) -> None:
     wanted(liar, offered(SharedName("blue", "/odom")), offered(SharedName("base", "/odom")), offered())
-    states = {str(received.topic): received.state for received in liar.site.received()}
+    states = {str(received.topic): received.state for received in liar.site.received_topics()}
     assert states == {
         "blue:/odom": "red offers a topic of another site",
         "base:/odom": "no rule takes it",
@@ -200,7 +200,7 @@ def test_messages_that_nobody_asked_for_are_dropped(liar: Liar) -> None:
 def test_messages_of_another_type_under_a_known_name(liar: Liar) -> None:
     wanted(liar)
     assert liar.message(1, md5sum="0" * 32) == []
-    assert liar.site.received()[0].flow.drops == {DropReason.TYPE: 1}
+    assert liar.site.received_topics()[0].flow.drops == {DropReason.TYPE: 1}
 
 
 def test_a_definition_that_lies(liar: Liar) -> None:
@@ -251,7 +251,7 @@ def test_publishers_that_are_gone_do_not_count() -> None:
     for number in range(1, 1001):
         assert len(only(Publish, liar.message(number, publisher=number))) == 1
     assert only(Publish, liar.message(1001, publisher=1001)) == []
-    assert liar.site.received()[0].flow.drops == {DropReason.PUBLISHERS: 1}
+    assert liar.site.received_topics()[0].flow.drops == {DropReason.PUBLISHERS: 1}
     liar.now += 1
     assert len(only(Publish, liar.message(1002, publisher=1002))) == 1
 
@@ -266,7 +266,7 @@ def test_messages_that_are_too_large_and_too_many(liar: Liar) -> None:
         liar.now += 0.001
         published += len(only(Publish, liar.message(number)))
     assert 2 <= published <= 4
-    assert {*site.received()[0].flow.drops} == {DropReason.SIZE, DropReason.RATE}
+    assert {*site.received_topics()[0].flow.drops} == {DropReason.SIZE, DropReason.RATE}
 
 
 def test_old_messages_are_dropped(liar: Liar) -> None:
@@ -277,7 +277,7 @@ def test_old_messages_are_dropped(liar: Liar) -> None:
     liar.heartbeat()
     assert liar.message(1, received_at=liar.now + 5000 - 3.0) == [] and only(Publish, liar.message(2))
     assert liar.message(2) == [] and liar.message(1) == []
-    assert liar.site.received()[0].flow.drops == {DropReason.OLD: 1}
+    assert liar.site.received_topics()[0].flow.drops == {DropReason.OLD: 1}
 
 
 def test_latched_messages_may_be_old_but_others_of_their_topic_not(liar: Liar) -> None:
@@ -296,7 +296,7 @@ def test_commands_are_never_latched(liar: Liar) -> None:
     assert [each.latched for each in only(Advertise, liar.define(TWIST._type, TWIST._md5sum, TWIST._full_text))] == [
         False
     ]
-    liar.take(liar.site.set_demand(["/cmd_vel"], liar.now))
+    liar.take(liar.site.set_subscribed(["/cmd_vel"], liar.now))
     liar.now += 0.5
     liar.heartbeat()
     message: Any = {"topic": command.topic, "md5sum": TWIST._md5sum, "flags": Flag.LATCHED}
@@ -326,7 +326,7 @@ def test_commands_are_not_offered_as_latched() -> None:
 def test_what_was_sent_before_it_was_wanted_is_dropped(liar: Liar) -> None:
     wanted(liar)
     assert liar.message(1, received_at=5000 - 0.2) == []
-    assert liar.site.received()[0].flow.drops == {DropReason.EARLY: 1}
+    assert liar.site.received_topics()[0].flow.drops == {DropReason.EARLY: 1}
 
 
 def test_recorded_packets_of_an_earlier_run(liar: Liar) -> None:
@@ -466,11 +466,11 @@ def test_a_site_that_sends_packets_for_this_one_alone(liar: Liar) -> None:
         liar.heartbeat(is_separate=is_separate)
         return only(Listen, liar.actions[before:])
 
-    liar.take(liar.site.set_demand(["/red/a", "/red/b"], liar.now))
+    liar.take(liar.site.set_subscribed(["/red/a", "/red/b"], liar.now))
     assert listened(False) == []
     assert listened(True) == [Listen("red", "t/red/a", False), Listen("red", "t/red/b", False)]
     assert listened(True) == []
-    assert not only(Listen, liar.site.set_demand(["/red/a", "/red/b", "/red/c"], liar.now)), "it comes anyhow"
+    assert not only(Listen, liar.site.set_subscribed(["/red/a", "/red/b", "/red/c"], liar.now)), "it comes anyhow"
     assert [each.key for each in listened(False)] == ["t/red/a", "t/red/b", "t/red/c"]
 
 
@@ -486,7 +486,9 @@ def test_a_flood_of_topics(liar: Liar) -> None:
     liar.offer(*(offered(SharedName("red", f"/t{number}")) for number in range(MAX_TOPICS + 10)))
     liar.define()
     assert len(only(Advertise, liar.actions)) == MAX_TOPICS
-    refused = [received for received in liar.site.received() if received.state == "the site offers too many topics"]
+    refused = [
+        received for received in liar.site.received_topics() if received.state == "the site offers too many topics"
+    ]
     assert len(refused) == 10
 
 
@@ -510,7 +512,7 @@ def test_topics_that_change_without_end_do_not_fill_the_memory(liar: Liar) -> No
     for number in range(30):
         liar.now += 1.1
         liar.offer(*(offered(SharedName("red", f"/t{number}_{index}")) for index in range(200)))
-    streams = liar.site.receiving.streams
+    streams = liar.site.topic_receiver.streams
     assert 200 < len(streams) <= 2 * MAX_TOPICS
     for number in range(30):
         liar.now += 1.1
@@ -534,31 +536,31 @@ def test_lists_and_limits_of_a_site_that_starts_again(liar: Liar, leaves: bool) 
     later.meet()
     later.now += 1.0
     later.take(liar.site.tick(later.now))
-    assert liar.site.received() == [], "lists of the earlier run do not count"
+    assert liar.site.received_topics() == [], "lists of the earlier run do not count"
     for _ in range(5):
         later.offer()
         later.offer(offered())
-    assert liar.site.received() == [], "not yet"
+    assert liar.site.received_topics() == [], "not yet"
     later.now += 1.0
     later.take(liar.site.tick(later.now))
-    assert len(liar.site.received()) == 1
+    assert len(liar.site.received_topics()) == 1
 
 
 def test_nothing_is_kept_back_of_topics_that_are_not_wanted_any_more(liar: Liar) -> None:
     wanted(liar, offered(reliable=True))
     liar.message(1)
     liar.message(3, bytes(100))
-    buffered = liar.site.receiving.buffered
+    buffered = liar.site.topic_receiver.buffered
     assert buffered["red"].total == MESSAGE_COST + 100
-    liar.take(liar.site.set_demand([], liar.now))
+    liar.take(liar.site.set_subscribed([], liar.now))
     assert buffered["red"].total == 0
     wanted(liar, offered(reliable=True))
     liar.message(5)
     liar.message(7, bytes(100))
-    assert buffered["red"].total == MESSAGE_COST + 100 and liar.site.received()[0].flow.messages == 2
+    assert buffered["red"].total == MESSAGE_COST + 100 and liar.site.received_topics()[0].flow.messages == 2
     liar.now += 2
     liar.offer(offered())
-    assert buffered["red"].total == 0 and liar.site.received()[0].flow.messages == 2
+    assert buffered["red"].total == 0 and liar.site.received_topics()[0].flow.messages == 2
     liar.send(Kind.BYE)
     assert buffered == {}
 
@@ -627,7 +629,7 @@ def test_a_heartbeat_costs_no_look_at_all_topics(liar: Liar, monkeypatch: pytest
     names = [SharedName("red", f"/t{number}") for number in range(50)]
     liar.offer(*map(offered, names))
     liar.define()
-    liar.take(liar.site.set_demand([f"/red{name.name}" for name in names], 0.0))
+    liar.take(liar.site.set_subscribed([f"/red{name.name}" for name in names], 0.0))
     before = len(looked)
     for _ in range(100):
         liar.now += 0.001
@@ -675,18 +677,18 @@ def looks(monkeypatch: pytest.MonkeyPatch) -> list[float]:
     """When a site has looked at all topics of others."""
     found: list[float] = []
 
-    def apply(self: Receiving, now: float) -> list[Action]:
+    def apply(self: TopicReceiver, now: float) -> list[Action]:
         found.append(now)
         return original(self, now)
 
-    original = Receiving.apply
-    monkeypatch.setattr(Receiving, "apply", apply)
+    original = TopicReceiver.apply
+    monkeypatch.setattr(TopicReceiver, "apply", apply)
     return found
 
 
 def test_lists_of_many_sites_are_looked_at_together(looks: list[float], monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(receiving, "UPDATE_RATE", 50)
-    monkeypatch.setattr(receiving, "UPDATE_BURST", 50)
+    monkeypatch.setattr(topic_receiver, "UPDATE_RATE", 50)
+    monkeypatch.setattr(topic_receiver, "UPDATE_BURST", 50)
     site = Site(rules("take: ['*:**']"), OWN, 0.0)
     liars = [Liar(site, THEIR, f"site{number}") for number in range(5)]
     for each in liars:
@@ -702,7 +704,7 @@ def test_lists_of_many_sites_are_looked_at_together(looks: list[float], monkeypa
             liars[0].take(site.tick(second + tick / 10))
     assert len(looks) <= 15  # and not 50
     site.tick(13.0)
-    assert {topic.topic.name for topic in site.received()} == {f"/t{number}_10" for number in range(20)}
+    assert {topic.topic.name for topic in site.received_topics()} == {f"/t{number}_10" for number in range(20)}
 
 
 def test_definitions_in_floods_are_looked_at_together(looks: list[float]) -> None:
@@ -717,7 +719,7 @@ def test_definitions_in_floods_are_looked_at_together(looks: list[float]) -> Non
         for md5sum in md5sums[100 * tick : 100 * tick + 100]:
             liar.define(md5sum=md5sum)
     assert len(looks) <= 120  # and not 1000
-    assert not any(topic.state for topic in liar.site.received() if topic.state != "no subscribers here")
+    assert not any(topic.state for topic in liar.site.received_topics() if topic.state != "no subscribers here")
     assert len(only(Advertise, liar.actions)) == 1000
 
 
@@ -742,15 +744,15 @@ def test_long_definitions_in_floods_are_not_read() -> None:
 
 def test_a_site_is_known_once_it_has_shown_that_it_is_there(liar: Liar) -> None:
     liar.send(Kind.HELLO, to_epoch=0, channel=Channel.HELLO)
-    assert liar.site.known() == frozenset()
+    assert liar.site.known_sites() == frozenset()
     liar.meet()
-    assert liar.site.known() == {"red"}
+    assert liar.site.known_sites() == {"red"}
     liar.now = FORGET_DELAY / 2
     liar.site.tick(liar.now)
-    assert liar.site.sites()[0].state is State.LOST and liar.site.known() == {"red"}
+    assert liar.site.sites()[0].state is State.LOST and liar.site.known_sites() == {"red"}
     liar.now += FORGET_DELAY
     liar.site.tick(liar.now)
-    assert liar.site.known() == frozenset()
+    assert liar.site.known_sites() == frozenset()
 
 
 def test_hellos_do_not_make_a_site_send_without_end(liar: Liar) -> None:
@@ -830,8 +832,8 @@ def test_two_topics_with_one_name_here() -> None:
     liar.offer(offered(), offered(SharedName("red", "/text"), type="std_msgs/Int64", md5sum=other._md5sum))
     liar.define()
     liar.define("std_msgs/Int64", other._md5sum, "int64 data\n")
-    liar.site.set_demand(["/odom"], 0.0)
-    states = {str(received.topic): received.state for received in liar.site.received()}
+    liar.site.set_subscribed(["/odom"], 0.0)
+    states = {str(received.topic): received.state for received in liar.site.received_topics()}
     assert states["red:/odom"] == "subscribed" and states["red:/text"].startswith("/odom is a std_msgs/String already")
     liar.offer(offered(SharedName("red", "/text"), type="std_msgs/Int64", md5sum=other._md5sum))
     assert only(Withdraw, liar.actions) and only(Advertise, liar.actions)[-1].type == "std_msgs/Int64"
@@ -907,5 +909,5 @@ def test_another_run_of_a_site_that_sent_packets_for_this_one_alone(liar: Liar) 
     before = len(liar.actions)
     liar.offer(offered())
     liar.define()
-    liar.take(liar.site.set_demand(["/red/odom"], liar.now))
+    liar.take(liar.site.set_subscribed(["/red/odom"], liar.now))
     assert only(Listen, liar.actions[before:])[-1] == Listen("red", "t/red/odom", True), "it sends them for all"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from pyros1.bridge.exchange.sending import LocalTopic
+from pyros1.bridge.exchange.topic_sender import LocalTopic
 from pyros1.bridge.plugin_ros1.keys import Kind, Resource
 from pyros1.bridge.plugin_ros1.plan import LocalService, make_plan
 
@@ -35,8 +35,8 @@ def test_topics_that_are_taken() -> None:
     first, second = resource("/odom"), resource("/odom", namespace="robot2")
     plan = make_plan(rules(take="/odom"), [], [], [first, resource("/x"), second])
     assert [*plan.takes] == ["/odom"] and plan.takes["/odom"].sources == [first, second]
-    assert plan.listened_to(()) == [] and [*plan.announced(())] == []
-    assert plan.listened_to({"/odom"}) == [first, second]
+    assert plan.topics_to_receive(()) == [] and [*plan.announced(())] == []
+    assert plan.topics_to_receive({"/odom"}) == [first, second]
     assert [*plan.announced({"/odom"})] == [each._replace(kind=Kind.SUBSCRIBER) for each in (first, second)]
 
 

@@ -94,7 +94,7 @@ def test_a_topic_is_taken_while_its_beacons_come() -> None:
     assert (published.local, published.body, published.latched) == ("/chatter", b"text", False)
     assert bridge.taken["/chatter"].messages == 1
     assert bridge.tick(2.0) == [], "nobody here subscribes"
-    bridge.set_demand({"/chatter"}, 2.0)
+    bridge.set_subscribed({"/chatter"}, 2.0)
     assert beacons(bridge, 2.0) == [BEACON.replace("pub", "sub")]
     bridge.tick(1.1 + LOSS_TIME)
     assert bridge.plan.takes == {} and bridge.on_sample(KEY, b"late", 5.0) is None

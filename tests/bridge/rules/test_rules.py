@@ -6,7 +6,7 @@ import pytest
 
 from pyros1.bridge.names import Pattern, SharedName, parse_shared_name
 from pyros1.bridge.rules.parsing import parse_config, rules_from_words
-from pyros1.bridge.rules.rules import DEFAULT_MAX_SIZE, NEWEST_AGE, RELIABLE_AGE, Outgoing, Priority, Rule, Rules
+from pyros1.bridge.rules.rules import DEFAULT_MAX_SIZE, NEWEST_AGE, RELIABLE_AGE, Priority, Rule, RuleMatch, Rules
 
 
 def sent(rules: Rules, local: str, *others: str) -> list[str]:
@@ -115,4 +115,4 @@ def test_settings_of_a_rule_win() -> None:
 def test_names_that_would_be_too_long() -> None:
     rules = rules_from_words("red", ["/**"], [])
     assert sent(rules, "/" + "a" * 300) == []
-    assert Outgoing(SharedName("red", "/a"), rules.send[0]).rule.pattern.text == "/**"
+    assert RuleMatch(SharedName("red", "/a"), rules.send[0]).rule.pattern.text == "/**"

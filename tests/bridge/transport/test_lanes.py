@@ -14,7 +14,7 @@ from pyros1.bridge.exchange.actions import Send
 from pyros1.bridge.exchange.outgoing import DropReason
 from pyros1.bridge.rules.rules import Priority
 from pyros1.bridge.transport.lanes import COMMON, DIRECT_BYTES, LINK_QUEUE_BYTES, Lanes
-from pyros1.bridge.transport.pacing import FIRST_WINDOW, PATIENCE
+from pyros1.bridge.transport.pacer import FIRST_WINDOW, PATIENCE
 
 
 def packet(key: str, body: bytes = b"x", priority: Priority = Priority.NORMAL) -> Send:

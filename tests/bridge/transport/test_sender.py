@@ -12,7 +12,7 @@ from pyros1.bridge.exchange.actions import Probe, Send
 from pyros1.bridge.exchange.outgoing import DropReason
 from pyros1.bridge.rules.rules import Priority
 from pyros1.bridge.transport.lanes import DIRECT_BYTES
-from pyros1.bridge.transport.pacing import FIRST_WINDOW, SLOW_COUNT
+from pyros1.bridge.transport.pacer import FIRST_WINDOW, SLOW_COUNT
 from pyros1.bridge.transport.sender import Sender
 
 PATIENCE = 10.0

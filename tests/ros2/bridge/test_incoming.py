@@ -11,12 +11,12 @@ from pyros1.bridge.deferred import RETURN_DELAY
 from pyros1.bridge.exchange.actions import Advertise
 from pyros1.ground.errors import NodeError
 from pyros1.ros2.bridge.counts import Counts
-from pyros1.ros2.bridge.incoming import Incoming
+from pyros1.ros2.bridge.incoming import IncomingMessages
 from pyros1.ros2.bridge.plan import Plan, TakenTopic
 from pyros1.ros2.pairs.type_pairs import TypePair
 
 
-class Publishing:
+class BridgePublishers:
     """Notes what is advertised and withdrawn."""
 
     def __init__(self) -> None:
@@ -33,13 +33,13 @@ class Publishing:
 
 
 class Bridge:
-    """An `Incoming` whose time the test sets."""
+    """An `IncomingMessages` whose time the test sets."""
 
     def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
         self.now = 100.0
-        self.publishing = Publishing()
+        self.publishing = BridgePublishers()
         fake: Any = self.publishing
-        self.incoming = Incoming(fake, Counts(), Mock())
+        self.incoming = IncomingMessages(fake, Counts(), Mock())
         monkeypatch.setattr("pyros1.ros2.bridge.incoming.steady_now", lambda: self.now)
 
     def adjust(self, **types: str) -> list[tuple[str, str]]:
@@ -86,7 +86,7 @@ def test_a_topic_that_becomes_latched_keeps_its_subscribers(bridge: Bridge) -> N
 
 
 def test_what_is_refused_is_tried_again(bridge: Bridge) -> None:
-    bridge.publishing.refuses = True
+    bridge.bridge_publishers.refuses = True
     assert bridge.adjust(a="p/A") == [("/a", "no")]
-    bridge.publishing.refuses = False
+    bridge.bridge_publishers.refuses = False
     assert bridge.adjust(a="p/A") == [("/a", "p/A")]

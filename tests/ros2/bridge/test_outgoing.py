@@ -7,13 +7,13 @@ from unittest.mock import Mock
 
 import pytest
 
+from pyros1.bridge.bridge_publishers import BRIDGE_FIELD
 from pyros1.bridge.exchange.actions import Send
-from pyros1.bridge.exchange.sending import LocalTopic
-from pyros1.bridge.publishing import BRIDGE_FIELD
+from pyros1.bridge.exchange.topic_sender import LocalTopic
 from pyros1.bridge.rules.rules import Priority
 from pyros1.msgs import AnyMsg, load_message
 from pyros1.ros2.bridge.counts import Counts
-from pyros1.ros2.bridge.outgoing import Outgoing
+from pyros1.ros2.bridge.outgoing import OutgoingMessages
 from pyros1.ros2.bridge.plan import AnnouncedTopic
 from pyros1.ros2.pairs.type_pairs import TypePairs
 from pyros1.ros2.zenoh.names import DataKey
@@ -25,15 +25,15 @@ ROUTE = "0/a/std_msgs::msg::dds_::String_/RIHS01_x"
 BODY, CDR = b"\2\0\0\0hi", b"\0\1\0\0\3\0\0\0hi\0"
 
 
-def outgoing(latched: bool = False) -> tuple[Outgoing, Counts, list[Send], list[str]]:
+def outgoing(latched: bool = False) -> tuple[OutgoingMessages, Counts, list[Send], list[str]]:
     """Return what sends /a, how much it has sent, its packets, and its warnings."""
     packets, warnings, counts = [], [], Counts()
     pair = TypePairs().for_ros1("std_msgs/String", STRING._md5sum, STRING._full_text)
     local = LocalTopic("/a", pair.ros1, pair.md5sum, pair.definition, latched, ("/talker",))
-    found = Outgoing(
+    found = OutgoingMessages(
         Mock(), Mock(bridges={"/bridge"}), Mock(put=packets.append), counts, lambda text, error: warnings.append(text)
     )
-    found.wanted = {"/a": [(KEY, AnnouncedTopic(local, pair, Qos(transient_local=latched), True, Priority.LOW))]}
+    found.topics = {"/a": [(KEY, AnnouncedTopic(local, pair, Qos(transient_local=latched), True, Priority.LOW))]}
     found.set_publishers([f"{ROUTE} /talker" if latched else ROUTE])
     return found, counts, packets, warnings
 

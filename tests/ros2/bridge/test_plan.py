@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from pyros1.bridge.exchange.sending import LocalTopic
+from pyros1.bridge.exchange.topic_sender import LocalTopic
 from pyros1.bridge.rules.rules import Priority
 from pyros1.ground.errors import UnknownTypeError
 from pyros1.ros2.bridge.plan import LATCHED_DEPTH, QUEUE, Plan, make_plan
@@ -77,13 +77,13 @@ def test_ros2_sees_topics_that_nobody_subscribes_to() -> None:
         key("/a"): Qos(True, False, QUEUE),
         key("/map"): Qos(True, True, LATCHED_DEPTH),
     }
-    assert not made.wanted() and not made.problems
+    assert not made.subscribed_topics() and not made.problems
 
 
 def test_messages_pass_where_somebody_subscribes() -> None:
     made = plan([topic("/a"), topic("/cmd_vel", "geometry_msgs/Twist")], [], [entity("/a"), entity("/other")])
-    ((found, announced),) = made.wanted()["/a"]
-    assert made.wanted().keys() == {"/a"} and found == key("/a")
+    ((found, announced),) = made.subscribed_topics()["/a"]
+    assert made.subscribed_topics().keys() == {"/a"} and found == key("/a")
     assert announced.routes(found) == [announced.route(found, "/talker")] == ["7/a/std_msgs::msg::dds_::String_/new"]
     assert announced.priority is Priority.NORMAL
     assert made.announces[key("/cmd_vel", type="geometry_msgs/msg/Twist")].priority is Priority.URGENT
@@ -106,16 +106,16 @@ def test_subscribers_with_another_definition() -> None:
     made = plan([topic("/a")], [], [entity("/a", hash="old")])
     assert made.announces.keys() == {key("/a", "old")}
     made = plan([topic("/a")], [], [entity("/a", hash="old"), entity("/a")])
-    assert made.announces.keys() == {key("/a", "old"), key("/a")} and len(made.wanted()["/a"]) == 2
+    assert made.announces.keys() == {key("/a", "old"), key("/a")} and len(made.subscribed_topics()["/a"]) == 2
     made = plan([topic("/a")], [], [entity("/a", hash="strange")])
-    assert made.announces.keys() == {key("/a")} and not made.wanted()
+    assert made.announces.keys() == {key("/a")} and not made.subscribed_topics()
     assert made.problems == {"/a": "/n: no definition of std_msgs/String"}
 
 
 def test_subscribers_that_expect_another_type() -> None:
     made = plan([topic("/a")], [], [entity("/a", "std_msgs/msg/Int32", node="listener"), entity("/a")])
     assert made.problems == {"/a": "/listener expects std_msgs/msg/Int32, not std_msgs/msg/String"}
-    assert made.wanted().keys() == {"/a"}
+    assert made.subscribed_topics().keys() == {"/a"}
 
 
 def test_topics_that_ros2_cannot_have() -> None:
@@ -128,23 +128,25 @@ def test_ros1_sees_topics_of_ros2() -> None:
     made = plan([], [entity("/b", node="talker"), entity("/b", node="talker2")])
     taken = made.takes["/b"]
     assert taken.pair.ros1 == "std_msgs/String" and taken.publishers == ["/talker", "/talker2"] and not taken.latched
-    assert made.listened_to(set()) == {} and made.listened_to({"/b"}) == {key("/b"): Qos(True, False, QUEUE)}
+    assert made.keys_to_subscribe(set()) == {} and made.keys_to_subscribe({"/b"}) == {
+        key("/b"): Qos(True, False, QUEUE)
+    }
 
 
 def test_a_subscriber_expects_no_more_than_all_publishers_offer() -> None:
     best_effort, latched = Qos(False, False, 5), Qos(True, True, 50)
     for order in ([best_effort, latched], [latched, best_effort]):
         made = plan([], [entity("/b", qos=qos) for qos in order])
-        assert made.listened_to({"/b"}) == {key("/b"): Qos(False, False, QUEUE)} and made.takes["/b"].latched
+        assert made.keys_to_subscribe({"/b"}) == {key("/b"): Qos(False, False, QUEUE)} and made.takes["/b"].latched
     made = plan([], [entity("/b", qos=latched)])
-    assert made.listened_to({"/b"}) == {key("/b"): Qos(True, True, 50)}
+    assert made.keys_to_subscribe({"/b"}) == {key("/b"): Qos(True, True, 50)}
     made = plan([], [entity("/b", qos=Qos(True, True, 1 << 40))])
-    assert made.listened_to({"/b"}) == {key("/b"): Qos(True, True, 1000)}, "no unbounded memory"
+    assert made.keys_to_subscribe({"/b"}) == {key("/b"): Qos(True, True, 1000)}, "no unbounded memory"
 
 
 def test_both_sides_publish() -> None:
     made = plan([topic("/a")], [entity("/a")], [entity("/a")])
-    assert made.wanted().keys() == made.takes.keys() == {"/a"} and not made.problems
+    assert made.subscribed_topics().keys() == made.takes.keys() == {"/a"} and not made.problems
 
 
 def test_both_sides_publish_different_types() -> None:
@@ -155,10 +157,10 @@ def test_both_sides_publish_different_types() -> None:
 
 def test_two_definitions_in_ros2() -> None:
     made = plan([], [entity("/b"), entity("/b", hash="old")])
-    assert made.listened_to({"/b"}).keys() == {key("/b"), key("/b", "old")}
+    assert made.keys_to_subscribe({"/b"}).keys() == {key("/b"), key("/b", "old")}
     made = plan([], [entity("/b"), entity("/b", "std_msgs/msg/Int32")])
     assert made.problems == {"/b": "it has two types in ROS 2: std_msgs/msg/String and std_msgs/msg/Int32"}
-    assert made.listened_to({"/b"}).keys() == {key("/b")}
+    assert made.keys_to_subscribe({"/b"}).keys() == {key("/b")}
 
 
 def test_rules() -> None:

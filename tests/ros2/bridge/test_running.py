@@ -275,7 +275,7 @@ def test_a_latched_message_ends_with_its_publisher(
     bridge: RunningBridge, peer: Ros2Peer, endpoint: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("pyros1.ros2.bridge.sources.GRACE", 0.0)
-    monkeypatch.setattr("pyros1.ros2.bridge.worker.LOOK_PERIOD", 0.05)
+    monkeypatch.setattr("pyros1.ros2.bridge.worker.POLL_PERIOD", 0.05)
     other = Ros2Peer(endpoint)
     static = key("/static")
     for each, text in ((peer, "one"), (other, "two")):

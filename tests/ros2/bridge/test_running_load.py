@@ -12,9 +12,9 @@ import pytest
 
 pytest.importorskip("zenoh")
 
+from pyros1.bridge.bridge_publishers import BridgePublishers
 from pyros1.bridge.exchange.actions import Advertise
 from pyros1.bridge.local_graph import LocalGraph
-from pyros1.bridge.publishing import Publishing
 from pyros1.ros2.bridge import runner
 from pyros1.ros2.bridge.plan import Plan
 from pyros1.ros2.zenoh.attachments import Attachment, encode_attachment
@@ -100,14 +100,14 @@ def test_a_message_of_a_type_that_ends_is_not_published_as_the_next_type(
     old, new = key("/theirs"), key("/theirs", "std_msgs/msg/Header")
     bridge.on_token(token(1, old), True)
     wait_until(lambda: bridge.topics().get("/theirs") == "std_msgs/String", "it has the first type")
-    advertise, published = Publishing.advertise, []
-    monkeypatch.setattr(Publishing, "publish", lambda self, action: published.append(action))
+    advertise, published = BridgePublishers.advertise, []
+    monkeypatch.setattr(BridgePublishers, "publish", lambda self, action: published.append(action))
 
-    def advertise_and_take(self: Publishing, action: Advertise) -> None:
+    def advertise_and_take(self: BridgePublishers, action: Advertise) -> None:
         advertise(self, action)
         bridge.on_message(old, string("late"), ATTACHMENT)
 
-    monkeypatch.setattr(Publishing, "advertise", advertise_and_take)
+    monkeypatch.setattr(BridgePublishers, "advertise", advertise_and_take)
     bridge.on_token(token(1, old), False)
     bridge.on_token(token(2, new), True)
     wait_until(lambda: bridge.topics().get("/theirs") == "std_msgs/Header", "it has the second type")

@@ -17,7 +17,7 @@ KEY = DataKey(0, "/a", "std_msgs/msg/String", "*")
 
 
 def test_what_waits_and_what_is_raised(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("pyros1.ros2.bridge.worker.LOOK_PERIOD", 0.01)
+    monkeypatch.setattr("pyros1.ros2.bridge.worker.POLL_PERIOD", 0.01)
     done: queue.Queue[Any] = queue.Queue()
     looks: queue.Queue[bool] = queue.Queue()
 

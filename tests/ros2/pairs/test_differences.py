@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from pyros1.bridge.exchange.sending import LocalTopic
 from pyros1.bridge.exchange.services.served import LocalService
+from pyros1.bridge.exchange.topic_sender import LocalTopic
 from pyros1.bridge.rules.rules import Priority
 from pyros1.msgs import load_message, load_service
 from pyros1.ros2.bridge.plan import AnnouncedTopic, Plan, TakenTopic

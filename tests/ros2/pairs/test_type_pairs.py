@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from pyros1.bridge.exchange.sending import LocalTopic
+from pyros1.bridge.exchange.topic_sender import LocalTopic
 from pyros1.ground.errors import Error, UnknownTypeError
 from pyros1.msgs import from_definition, load_message, load_service
 from pyros1.ros2.pairs.lookup_cache import TimeBudget

@@ -11,7 +11,7 @@ from functools import partial
 from typing import Any
 
 from pyros1.bridge.conversions.conversion import CLOUD, IMAGE, Conversion, MessageType
-from pyros1.bridge.exchange.sending import LocalTopic
+from pyros1.bridge.exchange.topic_sender import LocalTopic
 from pyros1.bridge.rules.rules import Rules
 from pyros1.ground.errors import Error, MessageError
 from pyros1.ground.terminal_text import one_line

@@ -189,7 +189,7 @@ class RepresentNode(NamedTuple):
 
 
 class Probe(NamedTuple):
-    """A probe to send to a site, see `pyros1.bridge.transport.pacing`.
+    """A probe to send to a site, see `pyros1.bridge.transport.pacer`.
 
     Attributes:
         site: the site.
@@ -203,7 +203,7 @@ class Probe(NamedTuple):
 
 
 class ProbeReply(NamedTuple):
-    """A site has answered a probe, see `pyros1.bridge.transport.pacing`."""
+    """A site has answered a probe, see `pyros1.bridge.transport.pacer`."""
 
     site: str
     number: int

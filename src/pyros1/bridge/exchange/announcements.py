@@ -8,10 +8,10 @@ from itertools import count
 from pyros1.bridge.exchange.actions import Action, Send
 from pyros1.bridge.exchange.peer import Peer
 from pyros1.bridge.exchange.peer_lists import PeerLists
-from pyros1.bridge.exchange.receiving import Receiving
-from pyros1.bridge.exchange.sending import Sending
 from pyros1.bridge.exchange.services.services import Services
 from pyros1.bridge.exchange.slow_sites import SlowSites
+from pyros1.bridge.exchange.topic_receiver import TopicReceiver
+from pyros1.bridge.exchange.topic_sender import TopicSender
 from pyros1.bridge.protocol.key_expressions import HELLO, to_key
 from pyros1.bridge.protocol.packets import Kind, encode_head, encode_heartbeat
 from pyros1.bridge.rules.rules import Priority
@@ -23,7 +23,7 @@ class Announcements:
     Args:
         epoch: the site's epoch.
         peers: the other sites; shared with the caller, which updates it.
-        sending, receiving, services, slow_sites: what they are about.
+        topic_sender, topic_receiver, services, slow_sites: what they are about.
 
     Attributes:
         lists: those of each other site, and for it.
@@ -33,16 +33,16 @@ class Announcements:
         self,
         epoch: int,
         peers: Mapping[str, Peer],
-        sending: Sending,
-        receiving: Receiving,
+        topic_sender: TopicSender,
+        topic_receiver: TopicReceiver,
         services: Services,
         slow_sites: SlowSites,
     ) -> None:
         self.lists: dict[str, PeerLists] = {}
         self._epoch = epoch
         self._peers = peers
-        self._sending = sending
-        self._receiving = receiving
+        self._topic_sender = topic_sender
+        self._topic_receiver = topic_receiver
         self._services = services
         self._slow_sites = slow_sites
         self._versions = count(1)
@@ -60,12 +60,12 @@ class Announcements:
         actions: list[Action] = []
         for peer in self._peers.values():
             lists = self.lists[peer.name]
-            nodes = self._sending.nodes(peer.name) if peer.is_present else []
+            nodes = self._topic_sender.nodes(peer.name) if peer.is_present else []
             is_separate = self._slow_sites.is_flagged(peer.name, now)
             if peer.wants_heartbeat(now) or nodes != lists.nodes or is_separate != lists.is_separate:
                 lists.nodes, lists.is_separate = nodes, is_separate
                 seen = (lists.their_offer.version, lists.their_request.version)
-                tails = self._sending.tails(peer.name)
+                tails = self._topic_sender.tails(peer.name)
                 versions = (lists.offer.version, lists.request.version)
                 services = (lists.services.version, lists.their_services.version)
                 epoch, heartbeat = peer.make_heartbeat(now, *versions, seen, tails, services, nodes, is_separate)
@@ -74,9 +74,9 @@ class Announcements:
         return actions
 
     def update(self, now: float) -> list[Action]:
-        """Return the lists that must be sent since topics, sites or demand have changed."""
+        """Return the lists that must be sent since topics, sites or subscribers have changed."""
         for name, lists in self.lists.items():
-            lists.offer.update(self._sending.offers(name))
+            lists.offer.update(self._topic_sender.offers(name))
         self.update_services()
         return self.update_requests(now)
 
@@ -86,8 +86,8 @@ class Announcements:
             lists.services.update(self._services.served.offers(name))
 
     def update_requests(self, now: float) -> list[Action]:
-        """Return the lists that must be sent since demand, or what others offer, has changed."""
-        requests = self._receiving.requests()
+        """Return the lists that must be sent since subscribers, or what others offer, have changed."""
+        requests = self._topic_receiver.requests()
         for name, lists in self.lists.items():
             lists.request.update(requests.get(name, ()))
         return self.pages(now)

@@ -21,8 +21,8 @@ SITE_CHARACTERS = 16 << 20
 _Id = tuple[str, str]  # type and md5 sum
 
 
-class _Owned:
-    """The definitions that came from a site."""
+class _SiteUsage:
+    """The number and total length of the definitions from a site."""
 
     def __init__(self) -> None:
         self.count = 0
@@ -52,9 +52,9 @@ class Definitions:
 
     def __init__(self) -> None:
         self._texts: dict[_Id, str] = {}  # the one that was used last at the end
-        self._owners: dict[_Id, _Owned] = {}
-        self._owned: dict[str, _Owned] = {}
-        self._left = _Owned()  # those from runs that have ended
+        self._owners: dict[_Id, _SiteUsage] = {}
+        self._usage: dict[str, _SiteUsage] = {}
+        self._ended_usage = _SiteUsage()  # those from runs that have ended
         self._asked_at: dict[str, dict[str, float]] = {}  # site -> md5 sum -> when it was asked
 
     def text(self, type_name: str, md5sum: str) -> str | None:
@@ -85,17 +85,17 @@ class Definitions:
     def forget(self, site: str) -> None:
         """Forget what a site was asked for, since it is gone or has started again."""
         self._asked_at.pop(site, None)
-        owned = self._owned.pop(site, None)
-        if owned is None:
+        usage = self._usage.pop(site, None)
+        if usage is None:
             return
         for key, text in [*self._texts.items()]:
-            if self._owners[key] is owned:
-                self._owners[key] = self._left
-                self._left.add(text)
+            if self._owners[key] is usage:
+                self._owners[key] = self._ended_usage
+                self._ended_usage.add(text)
         for key in [*self._texts]:
-            if not self._left.is_too_large:
+            if not self._ended_usage.is_too_large:
                 break
-            if self._owners[key] is self._left:
+            if self._owners[key] is self._ended_usage:
                 self._remove(key)
 
     def _remove(self, key: _Id) -> None:
@@ -110,13 +110,13 @@ class Definitions:
         if definition.md5sum not in self._asked_at.get(site, ()) or known:
             return False
         text = checked_text(definition)
-        owned = self._owned.setdefault(site, _Owned())
-        if text == known or not owned.has_room(text):
+        usage = self._usage.setdefault(site, _SiteUsage())
+        if text == known or not usage.has_room(text):
             return False
         if known is not None:
             self._remove(key)
-        owned.add(text)
-        self._texts[key], self._owners[key] = text, owned
+        usage.add(text)
+        self._texts[key], self._owners[key] = text, usage
         return True
 
 

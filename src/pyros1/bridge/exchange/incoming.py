@@ -7,8 +7,8 @@ from typing import NamedTuple
 
 from pyros1.bridge.conversions.prefixes import Prefixer
 from pyros1.bridge.exchange.outgoing import DropReason
-from pyros1.bridge.exchange.sending import Flow
 from pyros1.bridge.exchange.streams import Stream
+from pyros1.bridge.exchange.topic_sender import Flow
 from pyros1.bridge.names import SharedName
 from pyros1.bridge.protocol.packets import OfferedTopic
 from pyros1.bridge.rules.rules import Settings

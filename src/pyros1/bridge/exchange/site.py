@@ -1,8 +1,8 @@
 """A site: tracks other sites, and exchanges topics with them. Values in, actions out; no I/O.
 
 Its runner calls `on_packet` for each packet, `on_message` for each message of a topic it has subscribed to,
-`set_topics` and `set_demand` when the site's master has changed, and `tick` several times per second. All of them take
-the time of a clock that never jumps, in seconds, and return actions to be done in that order.
+`set_topics` and `set_subscribed` when the site's master has changed, and `tick` several times per second. All of them
+take the time of a clock that never jumps, in seconds, and return actions to be done in that order.
 
 What a site does about another one, by its state (`peer.State`):
 
@@ -34,12 +34,12 @@ from pyros1.bridge.exchange.limits import Limits
 from pyros1.bridge.exchange.outgoing import OutgoingTopic, ReceivedMessage
 from pyros1.bridge.exchange.peer import Change, Peer, SiteStatus
 from pyros1.bridge.exchange.peer_lists import LIST_KINDS
-from pyros1.bridge.exchange.receiving import Receiving
 from pyros1.bridge.exchange.remote_nodes import RemoteNodes
-from pyros1.bridge.exchange.sending import Flow, LocalTopic, Sending
 from pyros1.bridge.exchange.services.served import LocalService
 from pyros1.bridge.exchange.services.services import Services
 from pyros1.bridge.exchange.slow_sites import SlowSites
+from pyros1.bridge.exchange.topic_receiver import TopicReceiver
+from pyros1.bridge.exchange.topic_sender import Flow, LocalTopic, TopicSender
 from pyros1.bridge.names import SharedName
 from pyros1.bridge.protocol.calls import decode_call_head
 from pyros1.bridge.protocol.key_expressions import Channel, Key, to_key
@@ -77,7 +77,7 @@ class Site:
     Attributes:
         ignored: how many packets were ignored for each reason.
         services: the services of this site and of others, and calls of them.
-        receiving: the topics that are taken.
+        topic_receiver: the topics that are taken.
     """
 
     def __init__(self, rules: Rules, epoch: int, now: float) -> None:
@@ -87,29 +87,31 @@ class Site:
         self._peers: dict[str, Peer] = {}
         self._heartbeat_numbers = count(1)
         self._limits = Limits()
-        self._sending = Sending(rules, epoch)
-        self.receiving = Receiving(rules, epoch, self._peers)
+        self._topic_sender = TopicSender(rules, epoch)
+        self.topic_receiver = TopicReceiver(rules, epoch, self._peers)
         self.services = Services(rules, epoch, self._peers)
         self._remote_nodes = RemoteNodes(rules)
         self._slow_sites = SlowSites()
         self._announcements = Announcements(
-            epoch, self._peers, self._sending, self.receiving, self.services, self._slow_sites
+            epoch, self._peers, self._topic_sender, self.topic_receiver, self.services, self._slow_sites
         )
         self._hello_at = now
         self._has_namesake = False
         self._on_kind: Mapping[Kind, Callable[[str, bytes, float], list[Action]]] = {
             **{kind: partial(self._on_list, kind) for kind in LIST_KINDS},
-            Kind.ASK: lambda peer, body, now: self._sending.on_ask(peer, decode_ask(body), now),
+            Kind.ASK: lambda peer, body, now: self._topic_sender.on_ask(peer, decode_ask(body), now),
             Kind.DEFINITION: self._on_definition,
             Kind.PROBE: self._on_probe,
             Kind.PROBE_REPLY: lambda peer, body, _: [ProbeReply(peer, decode_probe(body))],
-            Kind.RESEND_REQUEST: lambda peer, body, now: self._sending.on_missed(
+            Kind.RESEND_REQUEST: lambda peer, body, now: self._topic_sender.on_missed(
                 peer, decode_resend_request(body), now
             ),
-            Kind.LATCHED_LIST: lambda peer, body, now: self.receiving.on_latched_list(
+            Kind.LATCHED_LIST: lambda peer, body, now: self.topic_receiver.on_latched_list(
                 peer, decode_latched_list(body), now
             ),
-            Kind.RESEND_REFUSAL: lambda peer, body, now: self.receiving.on_gone(peer, decode_resend_refusal(body), now),
+            Kind.RESEND_REFUSAL: lambda peer, body, now: self.topic_receiver.on_gone(
+                peer, decode_resend_refusal(body), now
+            ),
         }
 
     @property
@@ -122,21 +124,21 @@ class Site:
     def set_topics(self, topics: Iterable[LocalTopic], asked_at: float, now: float) -> list[Action]:
         """Record which topics nodes of this site's master published when it was asked, those of bridges excepted."""
         known = [*topics]
-        actions = self._sending.set_topics(known, asked_at, now)
-        if self.receiving.set_local_topics([topic.name for topic in known if topic.publishers]):
+        actions = self._topic_sender.set_topics(known, asked_at, now)
+        if self.topic_receiver.set_local_topics([topic.name for topic in known if topic.publishers]):
             for name, lists in self._announcements.lists.items():
-                actions += self.receiving.set_offers(name, lists.their_offer.entries, now)
+                actions += self.topic_receiver.set_offers(name, lists.their_offer.entries, now)
         actions += self._announcements.update(now)
         return actions + self._announcements.heartbeats(now)
 
     def set_responding(self, nodes: Iterable[str], now: float) -> list[Action]:
         """Record which of the nodes that publish what other sites want respond."""
-        self._sending.set_responding(nodes)
+        self._topic_sender.set_responding(nodes)
         return self._announcements.heartbeats(now)
 
-    def set_demand(self, demand: Iterable[str], now: float) -> list[Action]:
+    def set_subscribed(self, subscribed: Iterable[str], now: float) -> list[Action]:
         """Record to which topics that this site publishes nodes of its master subscribe."""
-        return self.receiving.set_demand(demand, now) + self._announcements.update_requests(now)
+        return self.topic_receiver.set_subscribed(subscribed, now) + self._announcements.update_requests(now)
 
     def on_message(
         self,
@@ -155,12 +157,12 @@ class Site:
             now: the current time, or when the message came if it was converted since then.
             conversion: how it was converted; None if it was not.
         """
-        return self._sending.on_message(local, received, is_bridged, now, conversion)
+        return self._topic_sender.on_message(local, received, is_bridged, now, conversion)
 
     @property
-    def sending(self) -> Sending:
+    def topic_sender(self) -> TopicSender:
         """The topics that the site sends; decides which messages to convert, and counts those that were not."""
-        return self._sending
+        return self._topic_sender
 
     # Services ---------------------------------------------------------------------------------------------------------
 
@@ -192,21 +194,21 @@ class Site:
             if peer.tick(now):
                 actions.append(Log(f"site {peer.name} has stopped responding", is_warning=True))
                 actions += self.services.on_lost(peer.name)
-                actions += self._remote_nodes.drop(peer.name) + self.receiving.apply(now)
+                actions += self._remote_nodes.drop(peer.name) + self.topic_receiver.apply(now)
                 actions += self._announcements.update(now)
             if peer.pop_namesake():
                 actions.append(Log(f"two bridges call themselves {peer.name}: use another --site", is_warning=True))
             if peer.is_forgotten(now):
                 actions += self._forget(peer, now, "does not respond")
         if self._slow_sites.tick(now, self._peers):
-            self._sending.separate = self._slow_sites.separate
+            self._topic_sender.separate = self._slow_sites.separate
         actions += self.services.tick(now)
-        actions += self._sending.tick(now)
-        actions += self.receiving.tick(now)
+        actions += self._topic_sender.tick(now)
+        actions += self.topic_receiver.tick(now)
         actions += self._apply_lists(now)
-        if (late := self.receiving.update_if_outdated(now)) is not None:
+        if (late := self.topic_receiver.update_if_outdated(now)) is not None:
             actions += late + self._announcements.update_requests(now)
-        if self.receiving.end_pauses(now):
+        if self.topic_receiver.end_pauses(now):
             actions += self._announcements.update(now)
         return actions + self._announcements.heartbeats(now) + self._announcements.pages(now)
 
@@ -222,8 +224,8 @@ class Site:
         return Send(to_key(name), encode_head(kind, self._epoch, self._peers[name].epoch), body, priority)
 
     def probes(self, receiver: str, number: int, priority: Priority) -> list[Probe]:
-        """Return probes for one site, or for all that get common packets, see `pyros1.bridge.transport.pacing`."""
-        names = [receiver] if receiver else self._sending.common_receivers()
+        """Return probes for one site, or for all that get common packets, see `pyros1.bridge.transport.pacer`."""
+        names = [receiver] if receiver else self._topic_sender.common_receivers()
         peers = [self._peers[name] for name in names if name in self._peers and self._peers[name].is_present]
         body = encode_probe(number)
         packets = ((peer, self._to(peer.name, Kind.PROBE, body, priority)) for peer in peers)
@@ -233,7 +235,7 @@ class Site:
         """Record that a site holds up others, and return the actions that follow."""
         if site in self._peers:
             self._slow_sites.add(site, now)
-        self._sending.separate = self._slow_sites.separate
+        self._topic_sender.separate = self._slow_sites.separate
         return self._announcements.heartbeats(now)
 
     # Packets ----------------------------------------------------------------------------------------------------------
@@ -271,7 +273,7 @@ class Site:
         peer = self._peers.get(site)
         if peer is None or not peer.is_current(message.epoch, message.to_epoch):
             return self._ignore(f"{site}: messages of a run that is not present")
-        return self.receiving.on_message(site, topic, message, body, now)
+        return self.topic_receiver.on_message(site, topic, message, body, now)
 
     def _on_call_packet(self, site: str, service: SharedName, head: bytes, body: bytes, now: float) -> list[Action]:
         call = decode_call_head(head)
@@ -327,7 +329,7 @@ class Site:
         actions: list[Action] = []
         if change is Change.STARTED:
             actions += self._remote_nodes.drop(site)
-            actions += self.receiving.drop_peer(site, now)
+            actions += self.topic_receiver.drop_peer(site, now)
             actions += self.services.drop_peer(site, f"site {site} has started again")
             self._announcements.begin(site)
             self._limits.of(site, self._peers).lists.clear()
@@ -337,23 +339,23 @@ class Site:
             if not peer.alternates:  # of two bridges with one name, `tick` warns
                 actions.append(Log(f"site {site} is present"))
         elif change is Change.RETURNED:
-            actions += self.receiving.on_return(site, now)
+            actions += self.topic_receiver.on_return(site, now)
             actions += self._announcements.heartbeats(now)
             actions += self._announcements.update(now)
             actions.append(Log(f"site {site} responds again"))
         if peer.is_current(epoch, to_epoch):
             actions += self._remote_nodes.update(site, heartbeat.nodes)
-            actions += self.receiving.set_separate(site, heartbeat.is_separate)
-            actions += self.receiving.on_tails(site, heartbeat.tails, now)
+            actions += self.topic_receiver.set_separate(site, heartbeat.is_separate)
+            actions += self.topic_receiver.on_tails(site, heartbeat.tails, now)
         # Heartbeats go first: the other site may take this one for present only when it has got one.
         return actions + self._announcements.heartbeats(now) + self._announcements.pages(now)
 
     def _update_peers(self, now: float) -> list[Action]:
         epochs = {peer.name: peer.epoch for peer in self._peers.values() if peer.epoch}
-        return self._sending.set_peers(epochs, now)
+        return self._topic_sender.set_peers(epochs, now)
 
     def _forget(self, peer: Peer, now: float, reason: str) -> list[Action]:
-        actions = self._remote_nodes.drop(peer.name) + self.receiving.drop_peer(peer.name, now)
+        actions = self._remote_nodes.drop(peer.name) + self.topic_receiver.drop_peer(peer.name, now)
         actions += self.services.drop_peer(peer.name, f"site {peer.name} {reason}")
         del self._peers[peer.name], self._announcements.lists[peer.name]
         self._limits.of(peer.name, self._peers).lists.clear()
@@ -370,20 +372,22 @@ class Site:
     def _apply_lists(self, now: float) -> list[Action]:
         """Apply the lists that sites have sent, unless they change too often."""
         actions: list[Action] = []
-        if not self.receiving.may_update(now):
+        if not self.topic_receiver.may_update(now):
             return actions
         has_offers = False
         for site in self._peers:
             for kind, entries in self._limits.of(site, self._peers).lists.take(now):
                 if kind is Kind.REQUEST:
-                    actions += self._sending.set_requests(site, entries, now)
+                    actions += self._topic_sender.set_requests(site, entries, now)
                 elif kind is Kind.SERVICES:
                     actions += self.services.calls.set_offers(site, entries)
                 else:
                     has_offers = True
-                    actions += self.receiving.note_offers(site, entries, now)
+                    actions += self.topic_receiver.note_offers(site, entries, now)
         return (
-            actions + self.receiving.update(now) + self._announcements.update_requests(now) if has_offers else actions
+            actions + self.topic_receiver.update(now) + self._announcements.update_requests(now)
+            if has_offers
+            else actions
         )
 
     def _on_definition(self, site: str, body: bytes, now: float) -> list[Action]:
@@ -391,9 +395,9 @@ class Site:
         if not token_bucket.take(now):
             return self._ignore(f"{site}: more definitions than are read")
         token_bucket.charge(len(body))
-        return self.receiving.on_definition(site, decode_definition(body), now) + self._announcements.update_requests(
-            now
-        )
+        return self.topic_receiver.on_definition(
+            site, decode_definition(body), now
+        ) + self._announcements.update_requests(now)
 
     def _on_probe(self, site: str, body: bytes, now: float) -> list[Action]:
         number = decode_probe(body)
@@ -412,18 +416,18 @@ class Site:
             for name, peer in peers
         ]
 
-    def known(self) -> frozenset[str]:
+    def known_sites(self) -> frozenset[str]:
         """Return the other sites that have shown that they are there, even if they are lost now."""
         return frozenset(name for name, peer in self._peers.items() if peer.epoch)
 
-    def sent(self) -> list[tuple[OutgoingTopic, LocalTopic, Flow]]:
+    def sent_topics(self) -> list[tuple[OutgoingTopic, LocalTopic, Flow]]:
         """Return the topics that are offered, each with its topic here and its flow."""
-        return self._sending.flows()
+        return self._topic_sender.flows()
 
     def default_name(self, topic: SharedName) -> str:
         """Return the default name of a topic on this site's master, for when no rule renames it."""
         return self._rules.default_name(topic)
 
-    def received(self) -> list[ReceivedTopic]:
+    def received_topics(self) -> list[ReceivedTopic]:
         """Return the topics that other sites offer."""
-        return self.receiving.topics()
+        return self.topic_receiver.topics()

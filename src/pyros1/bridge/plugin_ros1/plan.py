@@ -10,7 +10,7 @@ from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
-from pyros1.bridge.exchange.sending import LocalTopic
+from pyros1.bridge.exchange.topic_sender import LocalTopic
 from pyros1.bridge.plugin_ros1.keys import Kind, Resource, is_usable
 from pyros1.bridge.plugin_ros1.rules import PluginRules
 from pyros1.bridge.rules.rules import Settings
@@ -64,19 +64,19 @@ class Plan:
     calls: dict[str, TakenResource] = field(default_factory=dict)
     problems: dict[str, str] = field(default_factory=dict)
 
-    def listened_to(self, demand: Collection[str]) -> list[Resource]:
+    def topics_to_receive(self, subscribed: Collection[str]) -> list[Resource]:
         """Return the topics to receive.
 
         Args:
-            demand: the topics published here that nodes subscribe to.
+            subscribed: the topics published here that nodes subscribe to.
         """
-        return [source for local, taken in self.takes.items() if local in demand for source in taken.sources]
+        return [source for local, taken in self.takes.items() if local in subscribed for source in taken.sources]
 
-    def announced(self, demand: Collection[str]) -> Iterator[Resource]:
-        """Yield what to announce by beacons; argument as for `listened_to`."""
+    def announced(self, subscribed: Collection[str]) -> Iterator[Resource]:
+        """Yield what to announce by beacons; argument as for `topics_to_receive`."""
         yield from self.sends
         yield from self.serves
-        for source in self.listened_to(demand):
+        for source in self.topics_to_receive(subscribed):
             yield source._replace(kind=Kind.SUBSCRIBER)
         for called in self.calls.values():
             for source in called.sources:
@@ -96,7 +96,7 @@ def make_plan(
     plan = Plan()
     known = {resource.namespace for resource in heard}
     for topic in topics:
-        for namespace, name, rule in rules.sent(topic.name, known):
+        for namespace, name, rule in rules.sent_names(topic.name, known):
             resource = Resource(Kind.PUBLISHER, topic.type, topic.md5sum, namespace, name)
             if is_usable(resource):
                 plan.sends[resource] = SentTopic(topic, rule.settings(topic.name, topic.type))
@@ -104,7 +104,7 @@ def make_plan(
                 plan.problems[topic.name] = "its type cannot be announced"
     own_services = {service.name for service in services}
     for service in services:
-        for namespace, name, _ in rules.served(service.name, known):
+        for namespace, name, _ in rules.served_names(service.name, known):
             resource = Resource(Kind.SERVICE, service.type, service.md5sum, namespace, name)
             if is_usable(resource):
                 plan.serves[resource] = service.name

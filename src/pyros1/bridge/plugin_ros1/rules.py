@@ -55,7 +55,7 @@ class PluginRules:
         rules = (*self.topics.send, *self.topics.take, *self.services.send, *self.services.take)
         return frozenset({self.namespace, *(rule.pattern.site for rule in rules if rule.pattern.site)})
 
-    def sent(self, local: str, known: Iterable[str] = ()) -> list[Remote]:
+    def sent_names(self, local: str, known: Iterable[str] = ()) -> list[Remote]:
         """Return the names under which a topic of this master is sent.
 
         Args:
@@ -64,8 +64,8 @@ class PluginRules:
         """
         return _outgoing(self.topics, local, known)
 
-    def served(self, local: str, known: Iterable[str] = ()) -> list[Remote]:
-        """Return the names under which a service of this master can be called; arguments as for `sent`."""
+    def served_names(self, local: str, known: Iterable[str] = ()) -> list[Remote]:
+        """Return the names under which a service of this master can be called; arguments as for `sent_names`."""
         return _outgoing(self.services, local, known)
 
     def incoming(self, resource: Resource) -> Local | str:

@@ -16,6 +16,7 @@ import time
 from collections.abc import Callable
 from functools import partial
 
+from pyros1.bridge.bridge_publishers import BRIDGE_FIELD, BridgePublishers
 from pyros1.bridge.clock import steady_now
 from pyros1.bridge.exchange.actions import Advertise
 from pyros1.bridge.exchange.outgoing import ReceivedMessage
@@ -28,7 +29,6 @@ from pyros1.bridge.plugin_ros1.services import PluginServices
 from pyros1.bridge.plugin_ros1.session import PluginSession
 from pyros1.bridge.plugin_ros1.state import PluginState
 from pyros1.bridge.plugin_ros1.status import status_json
-from pyros1.bridge.publishing import BRIDGE_FIELD, Publishing
 from pyros1.bridge.transport.sender import Sender
 from pyros1.doctor.bridge_status import STATUS_SERVICE
 from pyros1.graph import Graph
@@ -68,10 +68,10 @@ class PluginBridge:
         self._node = node
         self._lock = threading.Lock()
         self._state = PluginState(rules, random.random)
-        self._publishing = Publishing(node, rules.namespace)
+        self._bridge_publishers = BridgePublishers(node, rules.namespace)
         graph = Graph(node.master)
-        self._graph = LocalGraph(graph, lambda topic: bool(rules.sent(topic, self._namespaces())))
-        self._local_services = LocalServices(graph, lambda name: bool(rules.served(name, self._namespaces())))
+        self._graph = LocalGraph(graph, lambda topic: bool(rules.sent_names(topic, self._namespaces())))
+        self._local_services = LocalServices(graph, lambda name: bool(rules.served_names(name, self._namespaces())))
         self._definitions = DefinitionCache(prefer_installed=True)
         self._advertised: dict[str, tuple[str, str]] = {}  # topics here -> type and md5 sum
         self._subscribers: dict[str, Subscriber[AnyMsg]] = {}
@@ -150,7 +150,7 @@ class PluginBridge:
                 self._state.on_beacon(key, now)
                 return
             action = self._state.on_sample(key, body, now)
-        if action is not None and not self._publishing.publish(action):
+        if action is not None and not self._bridge_publishers.publish(action):
             self._count("messages that came before their topic was advertised")
 
     def _count(self, problem: str) -> None:
@@ -199,19 +199,19 @@ class PluginBridge:
             plan = self._state.plan
         problems: dict[str, str] = {}
         self._adjust_publishing(plan, problems)
-        demand = self._publishing.demand(self._graph.bridges)
+        subscribed = self._bridge_publishers.subscribed_topics(self._graph.bridges)
         key = self._state.key
         self._session.declare(
             {key(resource): sent.settings.priority for resource, sent in plan.sends.items()},
-            {key(source) for source in plan.listened_to(demand)},
+            {key(source) for source in plan.topics_to_receive(subscribed)},
             {key(resource) for resource in plan.serves},
         )
-        wanted_keys = self._session.wanted()
+        wanted_keys = self._session.keys_with_receivers()
         wanted = frozenset(resource for resource in plan.sends if key(resource) in wanted_keys)
         with self._lock:
             self._state.wanted = wanted
-            if demand != self._state.demand:
-                self._state.set_demand(demand, steady_now())
+            if subscribed != self._state.subscribed:
+                self._state.set_subscribed(subscribed, steady_now())
         self._adjust_subscribers({plan.sends[resource].local.name for resource in wanted}, problems)
         for local, error in self._services.adjust(plan.serves, plan.calls).items():
             problems[local] = one_line(error)
@@ -234,13 +234,13 @@ class PluginBridge:
         for local, type_ in [*self._advertised.items()]:
             taken = plan.takes.get(local)
             if taken is None or (taken.type, taken.md5sum) != type_:
-                self._publishing.withdraw(local)
+                self._bridge_publishers.withdraw(local)
                 del self._advertised[local]
         for local, taken in plan.takes.items():
             if local not in self._advertised:
                 definition = self._definition(taken)
                 try:
-                    self._publishing.advertise(Advertise(local, taken.type, taken.md5sum, definition, False))
+                    self._bridge_publishers.advertise(Advertise(local, taken.type, taken.md5sum, definition, False))
                     self._advertised[local] = (taken.type, taken.md5sum)
                 except Error as error:
                     problems[local] = one_line(error)
@@ -298,4 +298,4 @@ class PluginBridge:
         if self._node.ok():  # otherwise it unregisters everything at once
             for subscriber in self._subscribers.values():
                 subscriber.unregister()
-            self._publishing.close()
+            self._bridge_publishers.close()

@@ -147,7 +147,7 @@ class PluginSession(ZenohSession):
             key, partial(self._on_call, key), allowed_origin=self.zenoh.Locality.REMOTE
         )
 
-    def wanted(self) -> set[str]:
+    def keys_with_receivers(self) -> set[str]:
         """Return the keys of the topics to send that somebody receives."""
         with self.lock:
             if self.is_closing:

@@ -7,8 +7,8 @@ from zlib import crc32
 
 from pyros1.bridge.exchange.actions import Publish, Send, Source
 from pyros1.bridge.exchange.outgoing import DropReason, ReceivedMessage
-from pyros1.bridge.exchange.sending import Flow, LocalTopic
 from pyros1.bridge.exchange.token_bucket import TokenBucket
+from pyros1.bridge.exchange.topic_sender import Flow, LocalTopic
 from pyros1.bridge.names import SharedName
 from pyros1.bridge.plugin_ros1.beacons import PERIOD, HeardBeacons, OwnBeacons
 from pyros1.bridge.plugin_ros1.keys import Resource, data_key
@@ -37,7 +37,7 @@ class PluginState:
         plan: what the bridge does now; replaced by another object when something changes.
         heard: what other bridges announce.
         wanted: the sent topics that somebody elsewhere receives.
-        demand: the topics published here that nodes subscribe to.
+        subscribed: the topics published here that nodes subscribe to.
         sent: how much of each sent topic has gone out.
         taken: how much of each topic has been published here, by its name here.
         ignored: why messages from elsewhere were ignored -> how many.
@@ -49,7 +49,7 @@ class PluginState:
         self._is_outdated = False  # the plan
         self.heard = HeardBeacons(lambda resource: not isinstance(rules.incoming(resource), str))
         self.wanted: frozenset[Resource] = frozenset()
-        self.demand: frozenset[str] = frozenset()
+        self.subscribed: frozenset[str] = frozenset()
         self.sent: dict[Resource, Flow] = {}
         self.taken: dict[str, Flow] = {}
         self.ignored: dict[str, int] = {}
@@ -73,10 +73,10 @@ class PluginState:
             self._topics, self._services = topics, services
             self._make_plan(now)
 
-    def set_demand(self, demand: Collection[str], now: float) -> None:
+    def set_subscribed(self, subscribed: Collection[str], now: float) -> None:
         """Record to which topics of this bridge nodes subscribe."""
-        self.demand = frozenset(demand)
-        self._own.announce(self.plan.announced(self.demand), now)
+        self.subscribed = frozenset(subscribed)
+        self._own.announce(self.plan.announced(self.subscribed), now)
 
     def on_beacon(self, key: str, now: float) -> None:
         """Handle another bridge's beacon."""
@@ -113,7 +113,7 @@ class PluginState:
         self._due = {
             key: due for key, due in self._due.items() if key[0] in self.taken or key[0] in self._sent_by_local
         }
-        self._own.announce(plan.announced(self.demand), now)
+        self._own.announce(plan.announced(self.subscribed), now)
 
     # Messages ---------------------------------------------------------------------------------------------------------
 

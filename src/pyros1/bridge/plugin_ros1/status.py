@@ -40,7 +40,7 @@ def status_json(
             "from": _names(sorted({source.namespace for source in taken.sources})),
             "local": local,
             "type": taken.type,
-            "state": "subscribed" if local in state.demand else "nobody here subscribes",
+            "state": "subscribed" if local in state.subscribed else "nobody here subscribes",
             "messages": state.taken[local].messages,
             "bytes": state.taken[local].bytes,
             "dropped": state.taken[local].drops,

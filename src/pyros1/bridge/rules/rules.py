@@ -159,7 +159,7 @@ class Rule:
         )
 
 
-class Outgoing(NamedTuple):
+class RuleMatch(NamedTuple):
     """A topic that may be sent: its name among sites, and its rule."""
 
     shared: SharedName
@@ -228,7 +228,7 @@ class Rules:
 
     def outgoing(
         self, local: str, others: Iterable[str], possible: Collection[Conversion] | None = None
-    ) -> list[Outgoing]:
+    ) -> list[RuleMatch]:
         """Return the names under which a topic of this site's master may be sent; usually none or one.
 
         Args:
@@ -248,7 +248,7 @@ class Rules:
                 is_denied = self._is_denied(self.deny_send, original) or self._is_denied(self.deny_send, shared)
                 if is_topic_name(shared.name) and not is_denied:
                     found.setdefault(shared, rule)
-        return [Outgoing(shared, rule) for shared, rule in found.items()]
+        return [RuleMatch(shared, rule) for shared, rule in found.items()]
 
     def names(self, rule: Rule, local: str) -> bool:
         """Return whether a rule of what is sent names a topic of this site's master, without wildcards."""
@@ -262,7 +262,7 @@ class Rules:
             if name is not None and pattern.matches_name(name):
                 yield SharedName(owner, name)
 
-    def receivers(self, outgoing: Outgoing, others: Iterable[str]) -> list[str]:
+    def receivers(self, outgoing: RuleMatch, others: Iterable[str]) -> list[str]:
         """Return the sites to which a topic may be sent: what belongs to another site goes only there."""
         own = outgoing.shared.site == self.site
         return [

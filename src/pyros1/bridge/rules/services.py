@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 
 from pyros1.bridge.names import Pattern, SharedName, is_topic_name
-from pyros1.bridge.rules.rules import Outgoing, Rule, Rules, name_there
+from pyros1.bridge.rules.rules import Rule, RuleMatch, Rules, name_there
 from pyros1.bridge.rules.site_access import may_serve
 
 PARAMETERS = "/pyros1_bridge/parameters"
@@ -20,7 +20,7 @@ DEFAULT_TIMEOUT = 60.0
 """Maximum number of seconds that a call may take, if no rule sets another one."""
 
 
-def served(rules: Rules, local: str) -> Outgoing | None:
+def match_served(rules: Rules, local: str) -> RuleMatch | None:
     """Return the name under which other sites may call a service of this site's master; None if they may not.
 
     Args:
@@ -33,7 +33,7 @@ def served(rules: Rules, local: str) -> Outgoing | None:
             continue
         shared = SharedName(rules.site, name)
         if not any(pattern.matches(shared, rules.site) for pattern in rules.services.deny_serve):
-            return Outgoing(shared, rule)
+            return RuleMatch(shared, rule)
     return None
 
 

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from pyros1.bridge.exchange.actions import Send
 from pyros1.bridge.protocol.key_expressions import receiver_of
-from pyros1.bridge.transport.pacing import Pacing
+from pyros1.bridge.transport.pacer import Pacer
 from pyros1.bridge.transport.queues import OUTBOX_BYTES, OUTBOX_PACKETS, Outbox
 
 COMMON = ""
@@ -32,11 +32,11 @@ class ProbeDue(NamedTuple):
 class _Lane:
     def __init__(self, numbers: Iterator[int]) -> None:
         self.outbox = Outbox()
-        self.pacing = Pacing(numbers)
+        self.pacer = Pacer(numbers)
 
     @property
     def is_idle(self) -> bool:
-        return not len(self.outbox) and self.pacing.is_idle
+        return not len(self.outbox) and self.pacer.is_idle
 
 
 class Lanes:
@@ -88,13 +88,13 @@ class Lanes:
             return None
         if len(packet.body) > DIRECT_BYTES and not self._has_room(lane, len(packet.body)):
             return None
-        return name if not self._is_paced or lane.pacing.may_send(now) else None
+        return name if not self._is_paced or lane.pacer.may_send(now) else None
 
     def _has_room(self, lane: _Lane, size: int) -> bool:
         """Return whether the link has room for a large packet besides what may still wait in it."""
-        if not self._is_paced or not lane.pacing.is_calm:
+        if not self._is_paced or not lane.pacer.is_calm:
             return False
-        return size + sum(each.pacing.unconfirmed_bytes for each in self._lanes.values()) <= LINK_QUEUE_BYTES
+        return size + sum(each.pacer.unconfirmed_bytes for each in self._lanes.values()) <= LINK_QUEUE_BYTES
 
     def put(self, packet: Send, now: float) -> None:
         """Add a packet. If too much waits, the oldest packets of the fullest lane are dropped."""
@@ -116,7 +116,7 @@ class Lanes:
         """
         ready = [name for name, lane in self._lanes.items() if lane.outbox]
         if self._is_paced:
-            ready = [name for name in ready if self._lanes[name].pacing.may_send(now)]
+            ready = [name for name in ready if self._lanes[name].pacer.may_send(now)]
         for name in ready if len(ready) <= 1 else self._in_turn(ready):
             if (packet := self._lanes[name].outbox.pop(now)) is not None:
                 self._last = name
@@ -134,22 +134,22 @@ class Lanes:
         """Record that a packet is being sent; return the probe to send after it, if there must be one."""
         if not self._is_paced or lane not in self._lanes:
             return None
-        number = self._lanes[lane].pacing.on_sent(len(packet.body), now)
+        number = self._lanes[lane].pacer.on_sent(len(packet.body), now)
         return None if number is None else ProbeDue(lane, number)
 
     def on_probe_sent(self, probe: ProbeDue, sites: Mapping[str, float]) -> None:
-        """Record to which sites a probe is sent, see `pyros1.bridge.transport.pacing.Pacing.on_probe_sent`."""
-        self._lanes[probe.lane].pacing.on_probe_sent(probe.number, sites)
+        """Record to which sites a probe is sent, see `pyros1.bridge.transport.pacer.Pacer.on_probe_sent`."""
+        self._lanes[probe.lane].pacer.on_probe_sent(probe.number, sites)
 
     def on_answer(self, site: str, number: int, now: float) -> None:
         """Record that a site has answered a probe."""
         for name in (COMMON, site):
             if name in self._lanes:
-                self._lanes[name].pacing.on_answer(site, number, now)
+                self._lanes[name].pacer.on_answer(site, number, now)
 
     def pop_slow(self) -> list[str]:
         """Return the sites that hold up others in the common lane; each is returned once."""
-        common = self._lanes[COMMON].pacing
+        common = self._lanes[COMMON].pacer
         slow = common.pop_slow()
         for site in slow:
             common.remove(site)

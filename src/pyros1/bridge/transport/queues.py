@@ -22,7 +22,7 @@ _GRACE_PACKETS = 50
 _MAX_COUNTED_KEYS = 5_000
 
 
-class _Waiting:
+class _QueuedPacket:
     """A packet that waits, and since when."""
 
     __slots__ = ("packet", "since")
@@ -48,7 +48,7 @@ class Outbox:
         self._count = 0
         self._numbers = count()
         # For each priority: a number for each packet -> the packet, in the order in which they are sent.
-        self._queues: dict[Priority, dict[int, _Waiting]] = {priority: {} for priority in Priority}
+        self._queues: dict[Priority, dict[int, _QueuedPacket]] = {priority: {} for priority in Priority}
         self._replaceable: dict[tuple[str, int], list[int]] = {}  # key and `replaces` -> the packets that wait
 
     def __len__(self) -> int:
@@ -95,20 +95,20 @@ class Outbox:
         """Return the priority of the packet to send next; the lowest one if none waits."""
         return next((priority for priority, queue in self._queues.items() if queue), Priority.BACKGROUND)
 
-    def _append(self, queue: dict[int, _Waiting], packet: Send, now: float) -> int:
+    def _append(self, queue: dict[int, _QueuedPacket], packet: Send, now: float) -> int:
         number = next(self._numbers)
-        queue[number] = _Waiting(packet, now)
+        queue[number] = _QueuedPacket(packet, now)
         self._count += 1
         self.waiting_bytes += _size(packet)
         return number
 
-    def _remove(self, queue: dict[int, _Waiting], number: int) -> Send:
+    def _remove(self, queue: dict[int, _QueuedPacket], number: int) -> Send:
         packet = queue.pop(number).packet
         self._count -= 1
         self.waiting_bytes -= _size(packet)
         return packet
 
-    def _drop(self, queue: dict[int, _Waiting], number: int, reason: str) -> None:
+    def _drop(self, queue: dict[int, _QueuedPacket], number: int, reason: str) -> None:
         self._note_drop(self._remove(queue, number), reason)
 
     def _forget_number(self, packet: Send, number: int) -> None:

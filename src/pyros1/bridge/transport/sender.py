@@ -46,7 +46,7 @@ class SendingThread:
         link: where to send them.
         clock: returns the site's time in seconds.
         on_error: called with an exception that sending has raised.
-        make_probes: returns the probes to send after a packet, see `pyros1.bridge.transport.pacing`: it is given the
+        make_probes: returns the probes to send after a packet, see `pyros1.bridge.transport.pacer`: it is given the
             site that gets the packet, or an empty text for all, and the probe's number and priority. None for a thread
             that does not wait for answers. Called by the thread that puts a packet, or by this one.
         on_slow: called with a site that holds up others.

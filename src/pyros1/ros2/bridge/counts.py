@@ -5,7 +5,7 @@ from __future__ import annotations
 import threading
 from collections.abc import Hashable
 
-from pyros1.bridge.exchange.sending import Flow
+from pyros1.bridge.exchange.topic_sender import Flow
 from pyros1.bridge.rates import Count, Rate, Rates
 
 MAX_TOPICS = 25_000

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from pyros1.bridge.bridge_publishers import BridgePublishers
 from pyros1.bridge.clock import steady_now
 from pyros1.bridge.deferred import RETURN_DELAY
 from pyros1.bridge.exchange.actions import Advertise, Forget, Publish
-from pyros1.bridge.publishing import Publishing
 from pyros1.ground.errors import Error, MessageError
 from pyros1.ground.terminal_text import one_line
 from pyros1.ros2.bridge.counts import Counts
@@ -18,7 +18,7 @@ from pyros1.ros2.zenoh.attachments import decode_attachment
 from pyros1.ros2.zenoh.names import DataKey
 
 
-class Incoming:
+class IncomingMessages:
     """The publishers of a bridge. `take` and `forget_gone` are for one thread, `adjust` for another one.
 
     Args:
@@ -27,8 +27,8 @@ class Incoming:
         warn: logs a text with an error.
     """
 
-    def __init__(self, publishing: Publishing, counts: Counts, warn: Callable[[str, Exception], object]) -> None:
-        self._publishing = publishing
+    def __init__(self, publishing: BridgePublishers, counts: Counts, warn: Callable[[str, Exception], object]) -> None:
+        self._bridge_publishers = publishing
         self._counts = counts
         self._warn = warn
         self._advertised: dict[str, tuple[str, str]] = {}  # topic -> type and md5 sum
@@ -62,8 +62,8 @@ class Incoming:
         # Only the last message of each latched publisher is kept.
         source, gone = self._sources.get(key.name, origin.gid if taken.latched else b"", session, steady_now())
         if gone is not None:
-            self._publishing.forget(Forget(*gone))
-        if self._publishing.publish(Publish(key.name, source, converted, taken.latched)):
+            self._bridge_publishers.forget(Forget(*gone))
+        if self._bridge_publishers.publish(Publish(key.name, source, converted, taken.latched)):
             flow.count(len(converted))
         else:
             flow.drop("came before its topic was advertised")
@@ -78,7 +78,7 @@ class Incoming:
         if not has_changed and not self._sources.must_look:
             return
         for gone in self._sources.pop_gone(tokens_of, steady_now()):
-            self._publishing.forget(Forget(*gone))
+            self._bridge_publishers.forget(Forget(*gone))
 
     def adjust(self, plan: Plan, problems: dict[str, str]) -> None:
         """Advertise exactly the planned topics; add failures to `problems`. A withdrawn topic is advertised again only
@@ -89,7 +89,7 @@ class Incoming:
         for topic, type_ in [*self._advertised.items()]:
             taken = plan.takes.get(topic)
             if taken is None or (taken.pair.ros1, taken.pair.md5sum) != type_:
-                self._publishing.withdraw(topic)
+                self._bridge_publishers.withdraw(topic)
                 del self._advertised[topic]
                 self._latched.discard(topic)
                 self._withdrawn_at[topic] = now
@@ -105,7 +105,9 @@ class Incoming:
     def _advertise(self, topic: str, taken: TakenTopic) -> None:
         pair = taken.pair
         origins = tuple(f"{SITE}:{name}" for name in taken.publishers)
-        self._publishing.advertise(Advertise(topic, pair.ros1, pair.md5sum, pair.definition, taken.latched, origins))
+        self._bridge_publishers.advertise(
+            Advertise(topic, pair.ros1, pair.md5sum, pair.definition, taken.latched, origins)
+        )
         self._advertised[topic] = (pair.ros1, pair.md5sum)
         if taken.latched:
             self._latched.add(topic)

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Mapping, Sequence
 from functools import partial
 
+from pyros1.bridge.bridge_publishers import BRIDGE_FIELD
 from pyros1.bridge.exchange.actions import Send
 from pyros1.bridge.local_graph import LocalGraph
-from pyros1.bridge.publishing import BRIDGE_FIELD
 from pyros1.bridge.transport.sender import Sender
 from pyros1.ground.errors import Error
 from pyros1.ground.names import FullName
@@ -21,11 +21,11 @@ from pyros1.ros2.bridge.plan import AnnouncedTopic
 from pyros1.ros2.zenoh.names import DataKey
 
 _QUEUE_SIZE = 1000
-Wanted = Mapping[str, Sequence[tuple[DataKey, AnnouncedTopic]]]
+SubscribedTopics = Mapping[str, Sequence[tuple[DataKey, AnnouncedTopic]]]
 """Topics of ROS 1 that somebody in ROS 2 subscribes to, each with the keys to send it with."""
 
 
-class Outgoing:
+class OutgoingMessages:
     """The subscribers of a bridge. All methods but `on_message` are for one thread.
 
     Args:
@@ -36,13 +36,13 @@ class Outgoing:
         warn: logs a text with an error.
 
     Attributes:
-        wanted: what to send; set by the caller.
+        topics: what to send; set by the caller.
     """
 
     def __init__(
         self, node: Node, graph: LocalGraph, sender: Sender, counts: Counts, warn: Callable[[str, Exception], object]
     ) -> None:
-        self.wanted: Wanted = {}
+        self.topics: SubscribedTopics = {}
         self._node = node
         self._graph = graph
         self._sender = sender
@@ -62,7 +62,7 @@ class Outgoing:
         if BRIDGE_FIELD in header or publisher in self._graph.bridges:
             return
         flow = self._counts.to_ros2(local)
-        for key, announced in self.wanted.get(local, ()):
+        for key, announced in self.topics.get(local, ()):
             if md5sum != announced.local.md5sum:
                 flow.drop("with a different md5sum")
                 continue
@@ -90,9 +90,9 @@ class Outgoing:
 
     def adjust(self, problems: dict[str, str]) -> None:
         """Subscribe to exactly the wanted topics; add failures to `problems`."""
-        for topic in self._subscribers.keys() - self.wanted.keys():
+        for topic in self._subscribers.keys() - self.topics.keys():
             self._subscribers.pop(topic).unregister()
-        for topic in self.wanted.keys() - self._subscribers.keys():
+        for topic in self.topics.keys() - self._subscribers.keys():
             try:
                 self._subscribers[topic] = self._node.subscribe(
                     FullName(topic), AnyMsg, partial(self.on_message, topic), queue_size=_QUEUE_SIZE

@@ -10,7 +10,7 @@ from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import NamedTuple, Protocol
 
-from pyros1.bridge.exchange.sending import LocalTopic
+from pyros1.bridge.exchange.topic_sender import LocalTopic
 from pyros1.bridge.names import Pattern
 from pyros1.bridge.rules.rules import Priority, Rule
 from pyros1.ground.errors import Error
@@ -45,14 +45,14 @@ class AnnouncedTopic(NamedTuple):
         local: the topic.
         pair: its type on both sides.
         qos: how it is published.
-        wanted: whether somebody in ROS 2 subscribes.
+        is_subscribed: whether somebody in ROS 2 subscribes.
         priority: that of its messages.
     """
 
     local: LocalTopic
     pair: TypePair
     qos: Qos
-    wanted: bool
+    is_subscribed: bool
     priority: Priority
 
     def route(self, key: DataKey, publisher: str) -> str:
@@ -95,14 +95,17 @@ class Plan:
     takes: dict[str, TakenTopic] = field(default_factory=dict)
     problems: dict[str, str] = field(default_factory=dict)
 
-    def listened_to(self, demand: Collection[str]) -> dict[DataKey, Qos]:
+    def keys_to_subscribe(self, subscribed: Collection[str]) -> dict[DataKey, Qos]:
         """Return the keys of ROS 2 to subscribe to.
 
         Args:
-            demand: the topics published here that nodes subscribe to.
+            subscribed: the topics published here that nodes subscribe to.
         """
         return {
-            key: qos for topic, taken in self.takes.items() if topic in demand for key, (_, qos) in taken.keys.items()
+            key: qos
+            for topic, taken in self.takes.items()
+            if topic in subscribed
+            for key, (_, qos) in taken.keys.items()
         }
 
     def add_duplicates(self, publishers: Mapping[str, Collection[str]], bridges: Collection[str]) -> None:
@@ -126,11 +129,11 @@ class Plan:
             for route in announced.routes(key)
         }
 
-    def wanted(self) -> dict[str, list[tuple[DataKey, AnnouncedTopic]]]:
+    def subscribed_topics(self) -> dict[str, list[tuple[DataKey, AnnouncedTopic]]]:
         """Return the topics of ROS 1 that somebody in ROS 2 subscribes to, each with the keys to send it with."""
         found: dict[str, list[tuple[DataKey, AnnouncedTopic]]] = {}
         for key, announced in self.announces.items():
-            if announced.wanted:
+            if announced.is_subscribed:
                 found.setdefault(announced.local.name, []).append((key, announced))
         return found
 

@@ -15,11 +15,11 @@ import threading
 import time
 from collections.abc import Callable, Iterable
 
+from pyros1.bridge.bridge_publishers import BridgePublishers
 from pyros1.bridge.clock import steady_now
-from pyros1.bridge.exchange.sending import LocalTopic
+from pyros1.bridge.exchange.topic_sender import LocalTopic
 from pyros1.bridge.link_report import LinkReport
 from pyros1.bridge.local_graph import LocalGraph
-from pyros1.bridge.publishing import Publishing
 from pyros1.bridge.transport.sender import Sender
 from pyros1.doctor.bridge_status import STATUS_SERVICE
 from pyros1.graph import Graph
@@ -29,8 +29,8 @@ from pyros1.node import Node
 from pyros1.node.log.levels import INFO, WARN
 from pyros1.ros2.bridge.actions.exchange import Ros2Actions
 from pyros1.ros2.bridge.counts import Counts
-from pyros1.ros2.bridge.incoming import Incoming
-from pyros1.ros2.bridge.outgoing import Outgoing
+from pyros1.ros2.bridge.incoming import IncomingMessages
+from pyros1.ros2.bridge.outgoing import OutgoingMessages
 from pyros1.ros2.bridge.parameters.exchange import Ros2Parameters
 from pyros1.ros2.bridge.plan import Plan, make_plan
 from pyros1.ros2.bridge.rules import Ros2Rules
@@ -108,11 +108,11 @@ class Ros2Bridge:
         self._ros2 = Ros2Graph(domain, zid)
         self._topics: list[LocalTopic] = []
         self._plan = Plan()
-        self._publishing = Publishing(node, SITE)
+        self._bridge_publishers = BridgePublishers(node, SITE)
         self._graph = LocalGraph(Graph(node.master), rules.asks)
         self._counts = Counts()
         self._differences = Differences()
-        self._incoming = Incoming(self._publishing, self._counts, self._warn)
+        self._incoming = IncomingMessages(self._bridge_publishers, self._counts, self._warn)
         self._poll_period = poll_period
         self._find_name = find_name
         self._next_poll = self._next_plan = 0.0
@@ -149,7 +149,7 @@ class Ros2Bridge:
             self._warn,
             node.log.internal_error,
         )
-        self._outgoing = Outgoing(node, self._graph, self._sender, self._counts, self._warn)
+        self._outgoing = OutgoingMessages(node, self._graph, self._sender, self._counts, self._warn)
         self._master_thread = threading.Thread(target=self._run_master_thread, name="bridge: master", daemon=True)
         self._worker.start()
         self._master_thread.start()
@@ -230,10 +230,10 @@ class Ros2Bridge:
             if plan != self._plan:  # otherwise the old object stays, as it is compared with that again and again
                 with self._lock:
                     self._plan = plan
-                self._outgoing.wanted = plan.wanted()
+                self._outgoing.topics = plan.subscribed_topics()
             for line in self._differences.new(plan, self._services.plan):
                 self._node.log.peer_event(INFO, "%s", one_line(line, 1000))
-            self._planned_from = self._seen()
+            self._planned_from = self._ros1_state()
             self._next_plan = time.monotonic() + max(_PLAN_PERIOD, _PLAN_FACTOR * took)
         plan = self._plan
         problems = {**plan.problems, **self._services.plan.problems}
@@ -278,20 +278,20 @@ class Ros2Bridge:
         """Return whether the plan may be out of date."""
         with self._lock:
             has_changed = self._ros2.take_changes() != Changes()
-        if has_changed or self._planned_from != self._seen():
+        if has_changed or self._planned_from != self._ros1_state():
             self._planned_from = None  # until the plan has been made
         return self._planned_from is None or time.monotonic() >= self._next_plan
 
-    def _seen(self) -> object:
+    def _ros1_state(self) -> object:
         """Return the state of ROS 1; equal states give equal plans."""
-        return self._topics, self._services.seen, self._actions.seen
+        return self._topics, self._services.ros1_state, self._actions.ros1_state
 
     def _declare(self, plan: Plan) -> None:
         """Tell the session what to declare, unless it has declared that."""
-        demand = self._publishing.demand(self._graph.bridges)
+        subscribed = self._bridge_publishers.subscribed_topics(self._graph.bridges)
         of_actions = self._actions.publishers(), self._actions.subscribers()
-        of_parameters = self._parameters.wanted()
-        wanted = plan, self._services.plan, demand, of_actions, of_parameters
+        of_parameters = self._parameters.required_endpoints()
+        wanted = plan, self._services.plan, subscribed, of_actions, of_parameters
         if wanted == self._declared:  # mostly, these are the same objects
             return
         self._declared = None
@@ -300,7 +300,7 @@ class Ros2Bridge:
         provided = (each.key for each in self._services.plan.provides.values())
         self._refused = self._session.declare(
             publishers | of_actions[0],
-            plan.listened_to(demand) | of_actions[1] | of_parameters[0],
+            plan.keys_to_subscribe(subscribed) | of_actions[1] | of_parameters[0],
             [*self._services.plan.offers, *self._actions.services()],
             [*provided, *self._actions.clients(), *of_parameters[1]],
         )
@@ -349,7 +349,7 @@ class Ros2Bridge:
         with self._lock:
             plan, nodes = self._plan, [node.full_node_name for node in self._ros2.nodes()]
             refused = self._ros2.refused
-        demand = self._publishing.demand(self._graph.bridges)
+        subscribed = self._bridge_publishers.subscribed_topics(self._graph.bridges)
         trouble = self._trouble | ({"more of ROS 2 than is kept": refused} if refused else {})
         link_problem = self._session.problem
         if self._session.session is None:
@@ -359,7 +359,7 @@ class Ros2Bridge:
             self._domain,
             plan,
             nodes,
-            demand,
+            subscribed,
             link_problem,
             self._sender,
             problems,
@@ -388,4 +388,4 @@ class Ros2Bridge:
         self._parameters.close()
         if self._node.ok():  # otherwise it unregisters everything at once
             self._outgoing.close()
-            self._publishing.close()
+            self._bridge_publishers.close()

@@ -12,12 +12,12 @@ from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Any
 
+from pyros1.bridge.bridge_publishers import BRIDGE_FIELD
 from pyros1.bridge.exchange.services.call_packets import CallCounts
 from pyros1.bridge.exchange.services.served import LocalService
 from pyros1.bridge.local_graph import find_bridges
 from pyros1.bridge.local_services import LocalServices
 from pyros1.bridge.parameters import ROS2_SITE
-from pyros1.bridge.publishing import BRIDGE_FIELD
 from pyros1.bridge.service_ends import raw_service
 from pyros1.graph import Graph, SystemState
 from pyros1.ground.errors import Error, NodeError, ServiceError, ServiceRefusal
@@ -93,7 +93,7 @@ class Ros2Services:
         return self._local.problems
 
     @property
-    def seen(self) -> object:
+    def ros1_state(self) -> object:
         """The state of ROS 1 at the last check; equal states give equal plans."""
         return self._services, self._taken
 

@@ -27,7 +27,7 @@ def status_json(
     domain: int,
     plan: Plan,
     nodes: Collection[str],
-    demand: Collection[str],
+    subscribed: Collection[str],
     link_problem: str,
     sender: Sender,
     problems: Mapping[str, str],
@@ -44,7 +44,7 @@ def status_json(
         domain: the ROS domain.
         plan: what the bridge does.
         nodes: the full names of the nodes in ROS 2.
-        demand: the topics of ROS 2 to which nodes here subscribe.
+        subscribed: the topics of ROS 2 to which nodes here subscribe.
         link_problem: why there is no connection; empty if there is one.
         sender: the queue of messages to send.
         problems: topic or service -> why it is not exchanged.
@@ -54,7 +54,7 @@ def status_json(
         trouble: what went wrong, and how often.
         dropped: how much was dropped because it came too fast.
     """
-    entries: list[tuple[bool, dict[str, Any]]] = [(True, each) for each in _received(plan, demand, counts)]
+    entries: list[tuple[bool, dict[str, Any]]] = [(True, each) for each in _received(plan, subscribed, counts)]
     entries += [(False, each) for each in _called(services)]
     entries, more = listed(entries, lambda _: OTHER_SITE, _size)
     named = dict(islice(problems.items(), MAX_PROBLEMS))
@@ -75,7 +75,7 @@ def status_json(
                 "local": announced.local.name,
                 "type": announced.pair.ros2,
                 "publishers": [*announced.local.publishers],
-                "wanted_by": [OTHER_SITE] if announced.wanted else [],
+                "wanted_by": [OTHER_SITE] if announced.is_subscribed else [],
                 "messages": counts.to_ros2(announced.local.name).messages,
                 "bytes": counts.to_ros2(announced.local.name).bytes,
                 **rate_cells(counts.rate_to_ros2(announced.local.name)),
@@ -107,7 +107,7 @@ def status_json(
     return json.dumps(status)
 
 
-def _received(plan: Plan, demand: Collection[str], counts: Counts) -> Iterator[dict[str, Any]]:
+def _received(plan: Plan, subscribed: Collection[str], counts: Counts) -> Iterator[dict[str, Any]]:
     for topic, taken in plan.takes.items():
         flow = counts.to_ros1(topic)
         yield {
@@ -116,7 +116,7 @@ def _received(plan: Plan, demand: Collection[str], counts: Counts) -> Iterator[d
             "local": topic,
             "type": taken.pair.ros1,
             "publishers": [*taken.publishers],
-            "state": "subscribed" if topic in demand else "nobody here subscribes",
+            "state": "subscribed" if topic in subscribed else "nobody here subscribes",
             "messages": flow.messages,
             "bytes": flow.bytes,
             **rate_cells(counts.rate_to_ros1(topic)),

@@ -10,7 +10,7 @@ from pyros1.ground.errors import Error
 from pyros1.ros2.bridge.arrivals import Arrivals
 from pyros1.ros2.zenoh.names import DataKey
 
-LOOK_PERIOD = 1.0
+POLL_PERIOD = 1.0
 """Seconds between checks of which messages to keep."""
 _JOIN_TIME = 3.0
 
@@ -21,7 +21,7 @@ class Worker:
     Args:
         on_token: called with the key of an entity of ROS 2, and whether it is there or gone.
         on_message: called with a message: its key, the encoded message, its attachment, and its publisher's session.
-        look: called periodically, with whether a publisher came or went since the last call.
+        poll: called periodically, with whether a publisher came or went since the last call.
         on_error: called with what was raised as an `Error` by one of them.
         on_mistake: called with whatever else was raised.
     """
@@ -36,13 +36,13 @@ class Worker:
     ) -> None:
         self._on_token = on_token
         self._on_message = on_message
-        self._look = poll
+        self._poll = poll
         self._on_error = on_error
         self._on_mistake = on_mistake
         self._arrivals = Arrivals()
         self._arrived = threading.Condition()
         self._is_closing = False
-        self._next_look = 0.0
+        self._next_poll = 0.0
         self._has_changed = False
         self._thread = threading.Thread(target=self._run, name="bridge: messages", daemon=True)
 
@@ -70,13 +70,13 @@ class Worker:
     def _run(self) -> None:
         while not self._is_closing:
             with self._arrived:
-                self._arrived.wait_for(lambda: self._is_closing or not self._arrivals.is_empty, LOOK_PERIOD)
+                self._arrived.wait_for(lambda: self._is_closing or not self._arrivals.is_empty, POLL_PERIOD)
                 token, message = self._arrivals.pop()
             try:
-                if time.monotonic() >= self._next_look:
-                    self._next_look = time.monotonic() + LOOK_PERIOD
+                if time.monotonic() >= self._next_poll:
+                    self._next_poll = time.monotonic() + POLL_PERIOD
                     has_changed, self._has_changed = self._has_changed, False
-                    self._look(has_changed)
+                    self._poll(has_changed)
                 if token is not None:
                     self._has_changed = True
                     self._on_token(*token)

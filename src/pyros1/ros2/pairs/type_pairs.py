@@ -11,7 +11,7 @@ from collections.abc import Iterator, Mapping
 from types import MappingProxyType
 from typing import NamedTuple
 
-from pyros1.bridge.exchange.sending import LocalTopic
+from pyros1.bridge.exchange.topic_sender import LocalTopic
 from pyros1.ground.errors import MessageError, UnknownTypeError
 from pyros1.msgs import DefinitionCache, load_message, load_service
 from pyros1.msgs.digest import split_full_text

@@ -7,7 +7,7 @@ import pytest
 from pyros1.bridge.exchange.actions import Action, CallService, Send
 from pyros1.bridge.exchange.peer import Peer
 from pyros1.bridge.exchange.services import served as served_module
-from pyros1.bridge.exchange.services.served import MAX_RUNNING, LocalService, Served
+from pyros1.bridge.exchange.services.served import MAX_RUNNING, LocalService, ServedServices
 from pyros1.bridge.names import SharedName
 from pyros1.bridge.protocol.calls import MAX_CALL_SIZE, MAX_SLOTS, CallId, Status
 from pyros1.bridge.protocol.packets import Kind
@@ -18,14 +18,14 @@ from .call_parts import ADD, MD5, OWN, THEIR, call_head, kinds, packets, present
 LOCAL = LocalService("/add", "a/B", MD5, "a/BRequest", "a/BResponse", "/node")
 
 
-def make(text: str = "serve: [/add]", *sites: str, peers: dict[str, Peer] | None = None) -> Served:
-    served = Served(rules(text, "red"), OWN, peers or {name: present(name) for name in sites or ("base",)})
+def make(text: str = "serve: [/add]", *sites: str, peers: dict[str, Peer] | None = None) -> ServedServices:
+    served = ServedServices(rules(text, "red"), OWN, peers or {name: present(name) for name in sites or ("base",)})
     served.set_services([LOCAL, LOCAL._replace(name="/other")])
     return served
 
 
 @pytest.fixture
-def served() -> Served:
+def served() -> ServedServices:
     """The services of red, which serves /add to base."""
     return make()
 
@@ -60,7 +60,7 @@ def test_a_site_that_may_not_call_is_offered_nothing_and_refused() -> None:
     assert running(served.on_call("green", SharedName("red", PARAMETERS), call_head(), b"", 0.0))
 
 
-def test_a_call_and_its_reply(served: Served) -> None:
+def test_a_call_and_its_reply(served: ServedServices) -> None:
     actions = served.on_call("base", ADD, call_head(left=50.0), b"request", 1.0)
     call = CallId("base", THEIR, 0, 1)
     (made,) = running(actions)
@@ -78,7 +78,7 @@ def test_a_call_and_its_reply(served: Served) -> None:
     assert served.on_result(call, Status.OK, b"twice", 4.2) == []
 
 
-def test_a_reply_is_repeated_until_it_is_seen(served: Served) -> None:
+def test_a_reply_is_repeated_until_it_is_seen(served: ServedServices) -> None:
     served.on_call("base", ADD, call_head(), b"", 0.0)
     served.on_result(CallId("base", THEIR, 0, 1), Status.FAILED, b"broken", 0.0)
     assert served.tick(0.9) == []
@@ -93,13 +93,13 @@ def test_a_reply_is_repeated_until_it_is_seen(served: Served) -> None:
     assert (service.counts.calls, service.counts.errors, service.counts.last_error) == (1, 1, "broken")
 
 
-def test_a_reply_for_which_nobody_waits(served: Served) -> None:
+def test_a_reply_for_which_nobody_waits(served: ServedServices) -> None:
     served.on_call("base", ADD, call_head(left=5.0), b"", 0.0)
     served.on_result(CallId("base", THEIR, 0, 1), Status.OK, b"late", 4.0)
     assert served.tick(5.0) == []
 
 
-def test_old_numbers_and_late_packets(served: Served) -> None:
+def test_old_numbers_and_late_packets(served: ServedServices) -> None:
     assert running(served.on_call("base", ADD, call_head(number=5), b"", 0.0))
     assert served.on_call("base", ADD, call_head(number=4), b"", 0.0) == []
     assert running(served.on_call("base", ADD, call_head(slot=1, number=4), b"", 0.0))
@@ -108,7 +108,7 @@ def test_old_numbers_and_late_packets(served: Served) -> None:
     assert running(served.on_call("base", ADD, call_head(slot=2, sent_at=16.0), b"", 17.0))
 
 
-def test_a_result_of_an_earlier_call_of_a_slot(served: Served) -> None:
+def test_a_result_of_an_earlier_call_of_a_slot(served: ServedServices) -> None:
     served.on_call("base", ADD, call_head(number=1), b"", 0.0)
     served.on_call("base", ADD, call_head(number=2), b"", 0.0)
     assert served.on_result(CallId("base", THEIR, 0, 1), Status.OK, b"old", 1.0) == []
@@ -148,7 +148,7 @@ def test_nothing_is_sent_to_a_site_that_is_lost() -> None:
     assert served.on_result(CallId("base", THEIR, 0, 1), Status.OK, b"x", 10.0) == [] and served.tick(20.0) == []
 
 
-def test_what_is_refused(served: Served, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_is_refused(served: ServedServices, monkeypatch: pytest.MonkeyPatch) -> None:
     for name in ("/other", "/none"):
         ((status, text),) = replies(served.on_call("base", SharedName("red", name), call_head(5), b"", 0.0))
         assert (status, text) == (Status.REFUSED, b"site red does not serve it, or no longer")
@@ -192,7 +192,7 @@ def test_large_requests_of_several_sites(monkeypatch: pytest.MonkeyPatch) -> Non
     assert running(served.on_call("base", ADD, call_head(0), bytes(50), 0.0))
 
 
-def test_large_responses(served: Served, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_large_responses(served: ServedServices, monkeypatch: pytest.MonkeyPatch) -> None:
     for number in range(3):
         served.on_call("base", ADD, call_head(number), b"", 0.0)
     ids = [CallId("base", THEIR, number, 1) for number in range(3)]

@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from pyros1.bridge.exchange.sending import LocalTopic
+from pyros1.bridge.exchange.topic_sender import LocalTopic
 from pyros1.graph import SystemState
 from pyros1.ros2.bridge.actions.plan import (
     ActionPlan,

@@ -24,7 +24,7 @@ from pyros1.bridge.names import SharedName, is_topic_name
 from pyros1.bridge.protocol.calls import MAX_CALL_SIZE, MAX_SLOTS, CallHead, CallId, OfferedService, Status
 from pyros1.bridge.protocol.packets import Kind
 from pyros1.bridge.rules.rules import Rule, Rules
-from pyros1.bridge.rules.services import PARAMETERS, served
+from pyros1.bridge.rules.services import PARAMETERS, match_served
 from pyros1.bridge.rules.site_access import may_call
 
 MAX_RUNNING = 64
@@ -88,7 +88,7 @@ class Caller:
         self.slots: dict[int, _Slot] = {}
 
 
-class Served:
+class ServedServices:
     """The services that a site serves.
 
     Args:
@@ -118,7 +118,7 @@ class Served:
             shared = SharedName(self._rules.site, PARAMETERS)
             self._add(old, ServedService(OfferedService(shared, *_PARAMETERS_TYPE), PARAMETERS, None, CallCounts()))
         for service in sorted(services):
-            outgoing = served(self._rules, service.name) if is_topic_name(service.name) else None
+            outgoing = match_served(self._rules, service.name) if is_topic_name(service.name) else None
             if outgoing is not None and outgoing.shared not in self._served:
                 offered = OfferedService(outgoing.shared, *service[1:5])
                 self._add(old, ServedService(offered, service.name, outgoing.rule, CallCounts()))

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from pyros1.bridge.exchange.actions import Action
 from pyros1.bridge.exchange.peer import Peer
 from pyros1.bridge.exchange.services.calls import Calls
-from pyros1.bridge.exchange.services.served import Served
+from pyros1.bridge.exchange.services.served import ServedServices
 from pyros1.bridge.names import SharedName
 from pyros1.bridge.protocol.calls import CallHead
 from pyros1.bridge.protocol.packet_values import PacketError
@@ -29,7 +29,7 @@ class Services:
     """
 
     def __init__(self, rules: Rules, epoch: int, peers: Mapping[str, Peer]) -> None:
-        self.served = Served(rules, epoch, peers)
+        self.served = ServedServices(rules, epoch, peers)
         self.calls = Calls(rules, epoch, peers)
         self._site = rules.site
 

@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping
 from functools import partial
 
 from pyros1.bridge.exchange.actions import Send
-from pyros1.bridge.exchange.sending import LocalTopic
+from pyros1.bridge.exchange.topic_sender import LocalTopic
 from pyros1.bridge.rules.rules import Priority
 from pyros1.graph import SystemState
 from pyros1.ground.errors import Error
@@ -93,7 +93,7 @@ class Ros2Actions:
     # Current state ----------------------------------------------------------------------------------------------------
 
     @property
-    def seen(self) -> object:
+    def ros1_state(self) -> object:
         """The state of ROS 1 at the last check; equal states give equal plans."""
         return self._local, self._taken
 

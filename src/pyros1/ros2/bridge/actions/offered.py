@@ -6,8 +6,8 @@ import time
 from collections.abc import Callable, Mapping
 from functools import partial
 
+from pyros1.bridge.bridge_publishers import BRIDGE_FIELD
 from pyros1.bridge.exchange.actions import Send
-from pyros1.bridge.publishing import BRIDGE_FIELD
 from pyros1.bridge.rules.rules import Priority
 from pyros1.ground.errors import Error, MessageError
 from pyros1.ground.names import FullName

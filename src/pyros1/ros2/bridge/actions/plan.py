@@ -10,7 +10,7 @@ from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import NamedTuple, Protocol
 
-from pyros1.bridge.exchange.sending import LocalTopic
+from pyros1.bridge.exchange.topic_sender import LocalTopic
 from pyros1.graph import SystemState
 from pyros1.ground.errors import Error
 from pyros1.ros2.bridge.actions.pairs import CANCEL_TYPE, STATUS_TYPE, ActionPair

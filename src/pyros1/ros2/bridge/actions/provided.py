@@ -7,7 +7,7 @@ import time
 from collections.abc import Callable
 from functools import partial
 
-from pyros1.bridge.publishing import BRIDGE_FIELD, ORIGIN_FIELD
+from pyros1.bridge.bridge_publishers import BRIDGE_FIELD, ORIGIN_FIELD
 from pyros1.ground.errors import Error, MessageError, ServiceRefusal
 from pyros1.ground.names import FullName
 from pyros1.ground.terminal_text import one_line

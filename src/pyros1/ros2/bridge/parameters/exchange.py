@@ -49,7 +49,7 @@ class Ros2Parameters:
         domain: the ROS domain.
         rules: which nodes are servers, and whose parameters may be read.
         call: calls a service of ROS 2, given its key, the encoded request and a number of seconds.
-        wake: lets the master thread check what is wanted.
+        wake: lets the master thread check what it needs from ROS 2.
         call_time: seconds for the response of a node.
     """
 
@@ -77,7 +77,7 @@ class Ros2Parameters:
         self._problems: dict[str, str] = {}
         self._servers: dict[str, ReconfiguredNode] = {}  # replaced as a whole
         self._gone: list[ReconfiguredNode] = []
-        self._wanted: tuple[dict[DataKey, Qos], frozenset[DataKey]] = {}, frozenset()
+        self._required: tuple[dict[DataKey, Qos], frozenset[DataKey]] = {}, frozenset()
 
     def start(self) -> None:
         """Provide the service by which programs here read parameters of ROS 2.
@@ -113,25 +113,25 @@ class Ros2Parameters:
         self._gone += [each for name, each in self._servers.items() if servers.get(name) is not each]
         self._servers = servers
 
-    def wanted(self) -> tuple[dict[DataKey, Qos], frozenset[DataKey]]:
+    def required_endpoints(self) -> tuple[dict[DataKey, Qos], frozenset[DataKey]]:
         """Return the topics to subscribe to and the services to have clients for, in ROS 2."""
         now = monotonic()
         with self._changed:
             self._asked = {name: until for name, until in self._asked.items() if until > now and name in self._nodes}
             asked = [self._nodes[name] for name in self._asked]
         servers = [each.remote for each in self._servers.values()]
-        wanted = (
+        required = (
             {remote.event_key: _EVENT_QOS for remote in servers},
             frozenset(key for remote in (*servers, *asked) for _, key in remote.services),
         )
-        if wanted != self._wanted:
-            self._wanted = wanted
-        return self._wanted
+        if required != self._required:
+            self._required = required
+        return self._required
 
     def on_declared(self) -> None:
-        """Record that what is wanted is declared."""
+        """Record that the required subscriptions and clients have been declared."""
         with self._changed:
-            self._declared = self._wanted[1]
+            self._declared = self._required[1]
             self._changed.notify_all()
 
     def adjust(self) -> dict[str, str]:

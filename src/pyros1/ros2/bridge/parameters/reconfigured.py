@@ -12,7 +12,7 @@ from collections.abc import Mapping
 from time import monotonic
 from typing import Any
 
-from pyros1.bridge.publishing import BRIDGE_FIELD
+from pyros1.bridge.bridge_publishers import BRIDGE_FIELD
 from pyros1.graph import Graph
 from pyros1.ground.errors import Error, NodeError, ServiceRefusal
 from pyros1.ground.names import FullName, is_legal_name

@@ -46,7 +46,7 @@ class Taking:
         self.control(Kind.OFFER, json.dumps([self.version, 0, 1, [row]]).encode())
         text = cls._full_text if text is None else text
         self.control(Kind.DEFINITION, packets.encode_definition(Definition(cls._type, cls._md5sum, text)))
-        self.site.set_demand([local], self.now)
+        self.site.set_subscribed([local], self.now)
         self.now += 0.5
 
     def message(self, name: str, cls: Any, body: bytes, number: int = 1, flags: int = 0) -> list[Publish]:
@@ -77,14 +77,14 @@ def test_messages_that_are_damaged_are_dropped() -> None:
     taking = Taking("take: [{topic: 'red:**', prefix_frames: red}]")
     taking.offer("/point", POINT, "/red/point")
     assert taking.message("/point", POINT, b"short") == []
-    (received,) = taking.site.received()
+    (received,) = taking.site.received_topics()
     assert received.flow.drops == {DropReason.DAMAGED: 1} and received.flow.messages == 0
 
 
 def test_a_topic_without_definition_is_refused_if_its_frames_need_a_prefix() -> None:
     taking = Taking("take: [{topic: 'red:**', prefix_frames: red}]")
     taking.offer("/point", POINT, "/red/point", text="")
-    (received,) = taking.site.received()
+    (received,) = taking.site.received_topics()
     assert received.state == "no prefixes can be put into it: the definition of its type is not known"
     assert taking.message("/point", POINT, encode(POINT())) == []
 

@@ -14,7 +14,7 @@ def test_an_unnamed_site_cannot_publish_among_the_topics_of_this_master() -> Non
     pair.publish("arm", "/goal")
     pair.wait()
     told = "nodes here publish /arm/state: if site arm may publish there too, name it with --sites"
-    assert [each.state for each in pair.sites["base"].received()] == [told]
+    assert [each.state for each in pair.sites["base"].received_topics()] == [told]
     assert [action for action in pair.actions if isinstance(action, (Log, Advertise))][1:] == [
         Log(f"topics of site arm are not taken: {told}", is_warning=True)
     ]

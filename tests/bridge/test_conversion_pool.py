@@ -10,8 +10,8 @@ from typing import Any
 import pytest
 from tests.bodies import decode, encode
 
+from pyros1.bridge.conversion_pool import ConversionPool, PendingMessage, Source
 from pyros1.bridge.conversions.conversion import Conversion
-from pyros1.bridge.converting import Converting, Pending, Source
 from pyros1.bridge.exchange.outgoing import DropReason, ReceivedMessage
 from pyros1.msgs.sensor_msgs.msg import LaserScan, PointCloud2
 
@@ -21,14 +21,14 @@ SCAN: Source = ("/scan", Conversion("every", 2.0))
 OTHER: Source = ("/other", Conversion("every", 2.0))
 
 
-def pending(number: int, publisher: str = "/laser", **changes: Any) -> Pending:
+def pending(number: int, publisher: str = "/laser", **changes: Any) -> PendingMessage:
     scan = LaserScan(scan_time=number, ranges=(1.0, 2.0, 3.0))
     received = ReceivedMessage(publisher, LaserScan._md5sum, False, encode(scan))
-    return Pending(received, "sensor_msgs/LaserScan", False, float(number))._replace(**changes)
+    return PendingMessage(received, "sensor_msgs/LaserScan", False, float(number))._replace(**changes)
 
 
-class Outlet:
-    """Notes what comes; converting stops at `would_send` while the gate is closed."""
+class ConversionSink:
+    """Notes what comes; pool stops at `would_send` while the gate is closed."""
 
     def __init__(self) -> None:
         self.events: queue.Queue[tuple[Any, ...]] = queue.Queue()
@@ -37,12 +37,12 @@ class Outlet:
         self.answer = True
         self.asked: queue.Queue[float] = queue.Queue()
 
-    def would_send(self, source: Source, pending: Pending) -> bool:
+    def would_send(self, source: Source, pending: PendingMessage) -> bool:
         self.asked.put(pending.at)
         assert self.gate.wait(PATIENCE)
         return self.answer
 
-    def send(self, source: Source, pending: Pending) -> None:
+    def send(self, source: Source, pending: PendingMessage) -> None:
         scan = decode(LaserScan, pending.received.body)
         self.events.put(("sent", source[0], pending.received.publisher, scan.scan_time, scan.ranges, pending.at))
 
@@ -54,149 +54,149 @@ class Outlet:
 
 
 @pytest.fixture
-def outlet() -> Outlet:
-    return Outlet()
+def outlet() -> ConversionSink:
+    return ConversionSink()
 
 
 @pytest.fixture
-def converting(outlet: Outlet) -> Iterator[Converting]:
+def pool(outlet: ConversionSink) -> Iterator[ConversionPool]:
     mistakes: list[Exception] = []
-    converting = Converting(outlet, mistakes.append)
-    converting.start(SCAN)
-    yield converting
+    pool = ConversionPool(outlet, mistakes.append)
+    pool.start(SCAN)
+    yield pool
     outlet.gate.set()
-    converting.close()
+    pool.close()
     assert not mistakes
     assert not [thread for thread in threading.enumerate() if thread.name == "bridge: conversions"]
 
 
-def test_a_message(converting: Converting, outlet: Outlet) -> None:
-    converting.put(SCAN, pending(5))
+def test_a_message(pool: ConversionPool, outlet: ConversionSink) -> None:
+    pool.put(SCAN, pending(5))
     assert outlet.next() == ("sent", "/scan", "/laser", 5.0, (1.0, 3.0), 5.0)
 
 
-def test_a_topic_whose_type_changes(converting: Converting, outlet: Outlet) -> None:
+def test_a_topic_whose_type_changes(pool: ConversionPool, outlet: ConversionSink) -> None:
     cloud = ReceivedMessage("/cloud", PointCloud2._md5sum, False, encode(PointCloud2()))
     outlet.gate.clear()
     outlet.answer = False  # its converter is made, but nothing is sent
-    converting.put(SCAN, Pending(cloud, "sensor_msgs/PointCloud2", False, 1.0))
+    pool.put(SCAN, PendingMessage(cloud, "sensor_msgs/PointCloud2", False, 1.0))
     assert outlet.asked.get(timeout=PATIENCE) == 1.0
     outlet.gate.set()
-    converting.put(SCAN, pending(4))
+    pool.put(SCAN, pending(4))
     assert outlet.asked.get(timeout=PATIENCE) == 4.0  # now it has dealt with the cloud
     outlet.answer = True
-    converting.put(SCAN, pending(5))
+    pool.put(SCAN, pending(5))
     while (event := outlet.next()) != ("sent", "/scan", "/laser", 5.0, (1.0, 3.0), 5.0):
         assert event == ("sent", "/scan", "/laser", 4.0, (1.0, 3.0), 4.0)
 
 
-def test_only_the_newest_of_each_publisher_waits(converting: Converting, outlet: Outlet) -> None:
+def test_only_the_newest_of_each_publisher_waits(pool: ConversionPool, outlet: ConversionSink) -> None:
     outlet.gate.clear()
-    converting.put(SCAN, pending(1))
+    pool.put(SCAN, pending(1))
     assert outlet.asked.get(timeout=PATIENCE) == 1
     for number in (2, 3, 4):
-        converting.put(SCAN, pending(number))
-    converting.put(SCAN, pending(9, "/second"))
+        pool.put(SCAN, pending(number))
+    pool.put(SCAN, pending(9, "/second"))
     assert [outlet.next() for _ in range(2)] == [("dropped", "/scan", DropReason.OVERTAKEN)] * 2
     assert outlet.events.empty(), "one source is converted by one thread at a time"
     outlet.gate.set()
     assert [outlet.next()[2:4] for _ in range(3)] == [("/laser", 1.0), ("/laser", 4.0), ("/second", 9.0)]
 
 
-def test_a_slow_topic_does_not_hold_up_another_one(converting: Converting, outlet: Outlet) -> None:
-    converting.start(OTHER)
+def test_a_slow_topic_does_not_hold_up_another_one(pool: ConversionPool, outlet: ConversionSink) -> None:
+    pool.start(OTHER)
     outlet.gate.clear()
-    converting.put(SCAN, pending(1))
-    converting.put(OTHER, pending(2))
+    pool.put(SCAN, pending(1))
+    pool.put(OTHER, pending(2))
     assert {outlet.asked.get(timeout=PATIENCE) for _ in range(2)} == {1, 2}
 
 
-def test_what_is_not_wanted_is_not_converted(converting: Converting, outlet: Outlet) -> None:
+def test_what_is_not_wanted_is_not_converted(pool: ConversionPool, outlet: ConversionSink) -> None:
     outlet.answer = False
-    converting.put(SCAN, pending(1, received=ReceivedMessage("/laser", LaserScan._md5sum, False, b"nonsense")))
+    pool.put(SCAN, pending(1, received=ReceivedMessage("/laser", LaserScan._md5sum, False, b"nonsense")))
     assert outlet.asked.get(timeout=PATIENCE) == 1
-    converting.put(SCAN, pending(2))
+    pool.put(SCAN, pending(2))
     assert outlet.asked.get(timeout=PATIENCE) == 2
     assert outlet.events.empty()
 
 
-def test_what_cannot_be_converted(converting: Converting, outlet: Outlet) -> None:
-    converting.put(SCAN, pending(1, received=ReceivedMessage("/laser", LaserScan._md5sum, False, b"nonsense")))
+def test_what_cannot_be_converted(pool: ConversionPool, outlet: ConversionSink) -> None:
+    pool.put(SCAN, pending(1, received=ReceivedMessage("/laser", LaserScan._md5sum, False, b"nonsense")))
     assert outlet.next() == ("dropped", "/scan", DropReason.UNCONVERTED)
-    assert {*converting.problems} == {"/scan"}
-    converting.put(SCAN, pending(2))
+    assert {*pool.problems} == {"/scan"}
+    pool.put(SCAN, pending(2))
     assert outlet.next()[0] == "sent"
-    assert not converting.problems
+    assert not pool.problems
 
 
-def test_another_type(converting: Converting, outlet: Outlet) -> None:
-    converting.put(SCAN, pending(1, type="std_msgs/String"))
+def test_another_type(pool: ConversionPool, outlet: ConversionSink) -> None:
+    pool.put(SCAN, pending(1, type="std_msgs/String"))
     assert outlet.next() == ("dropped", "/scan", DropReason.TYPE)
-    converting.put(SCAN, pending(2, received=ReceivedMessage("/laser", "0" * 32, False, b"")))
+    pool.put(SCAN, pending(2, received=ReceivedMessage("/laser", "0" * 32, False, b"")))
     assert outlet.next() == ("dropped", "/scan", DropReason.TYPE)
 
 
-def test_too_many_publishers(converting: Converting, outlet: Outlet) -> None:
+def test_too_many_publishers(pool: ConversionPool, outlet: ConversionSink) -> None:
     outlet.gate.clear()
-    converting.put(SCAN, pending(1, "/first"))
+    pool.put(SCAN, pending(1, "/first"))
     assert outlet.asked.get(timeout=PATIENCE) == 1
     for number in range(101):
-        converting.put(SCAN, pending(2, f"/laser{number}"))
+        pool.put(SCAN, pending(2, f"/laser{number}"))
     assert outlet.next() == ("dropped", "/scan", DropReason.PUBLISHERS)
     assert outlet.events.empty()
 
 
-def test_a_topic_that_is_not_wanted_any_more(converting: Converting, outlet: Outlet) -> None:
+def test_a_topic_that_is_not_wanted_any_more(pool: ConversionPool, outlet: ConversionSink) -> None:
     outlet.gate.clear()
-    converting.put(SCAN, pending(1))
+    pool.put(SCAN, pending(1))
     assert outlet.asked.get(timeout=PATIENCE) == 1
-    converting.put(SCAN, pending(2))
-    converting.stop(SCAN)
-    converting.put(SCAN, pending(3))
-    converting.restart(SCAN)
+    pool.put(SCAN, pending(2))
+    pool.stop(SCAN)
+    pool.put(SCAN, pending(3))
+    pool.restart(SCAN)
     outlet.gate.set()
     assert outlet.next()[3] == 1.0
-    converting.start(SCAN)
-    converting.put(SCAN, pending(4))
+    pool.start(SCAN)
+    pool.put(SCAN, pending(4))
     assert outlet.next()[3] == 4.0, "what waited is forgotten"
 
 
-def test_a_topic_that_is_wanted_again_before_its_turn(converting: Converting, outlet: Outlet) -> None:
+def test_a_topic_that_is_wanted_again_before_its_turn(pool: ConversionPool, outlet: ConversionSink) -> None:
     others: list[Source] = [(name, SCAN[1]) for name in ("/one", "/two")]
     outlet.gate.clear()
     for source in others:
-        converting.start(source)
-        converting.put(source, pending(1))
+        pool.start(source)
+        pool.put(source, pending(1))
         assert outlet.asked.get(timeout=PATIENCE) == 1
-    converting.put(SCAN, pending(2))
-    converting.stop(SCAN)
-    converting.start(SCAN)
+    pool.put(SCAN, pending(2))
+    pool.stop(SCAN)
+    pool.start(SCAN)
     outlet.gate.set()
     assert {outlet.next()[1] for _ in others} == {"/one", "/two"}
     for source in (SCAN, *others):
-        converting.put(source, pending(3))
+        pool.put(source, pending(3))
     assert [outlet.next()[3] for _ in range(3)] == [3.0] * 3
 
 
-def test_problems_of_topics_that_are_not_wanted_any_more(converting: Converting, outlet: Outlet) -> None:
-    converting.put(SCAN, pending(1, received=ReceivedMessage("/laser", LaserScan._md5sum, False, b"nonsense")))
+def test_problems_of_topics_that_are_not_wanted_any_more(pool: ConversionPool, outlet: ConversionSink) -> None:
+    pool.put(SCAN, pending(1, received=ReceivedMessage("/laser", LaserScan._md5sum, False, b"nonsense")))
     assert outlet.next() == ("dropped", "/scan", DropReason.UNCONVERTED)
-    converting.stop(SCAN)
-    assert not converting.problems
+    pool.stop(SCAN)
+    assert not pool.problems
 
 
-class FailingOutlet(Outlet):
+class FailingSink(ConversionSink):
     """An outlet with a mistake."""
 
-    def would_send(self, source: Source, pending: Pending) -> bool:
+    def would_send(self, source: Source, pending: PendingMessage) -> bool:
         raise RuntimeError("a mistake")
 
 
 def test_a_mistake_does_not_end_the_threads() -> None:
     mistakes: queue.Queue[Exception] = queue.Queue()
-    converting = Converting(FailingOutlet(), mistakes.put)
-    converting.start(SCAN)
+    pool = ConversionPool(FailingSink(), mistakes.put)
+    pool.start(SCAN)
     for number in range(5):
-        converting.put(SCAN, pending(number))
+        pool.put(SCAN, pending(number))
         assert isinstance(mistakes.get(timeout=PATIENCE), RuntimeError)
-    converting.close()
+    pool.close()

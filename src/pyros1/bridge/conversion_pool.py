@@ -25,7 +25,7 @@ Source = tuple[str, Conversion]
 """A topic of this site's master, and how its messages are converted."""
 
 
-class Pending(NamedTuple):
+class PendingMessage(NamedTuple):
     """A message that is to be converted.
 
     Attributes:
@@ -41,14 +41,14 @@ class Pending(NamedTuple):
     at: float
 
 
-class Outlet(Protocol):
+class ConversionSink(Protocol):
     """Receives the results; called in any thread, without the locks of the converting threads."""
 
-    def would_send(self, source: Source, pending: Pending) -> bool:
+    def would_send(self, source: Source, pending: PendingMessage) -> bool:
         """Return whether a message would be sent if it were converted; otherwise it counts as dropped."""
         ...
 
-    def send(self, source: Source, pending: Pending) -> None:
+    def send(self, source: Source, pending: PendingMessage) -> None:
         """Handle a message that has been converted."""
         ...
 
@@ -61,14 +61,14 @@ class _Work:
     """The waiting messages of a source. One thread at a time converts them."""
 
     def __init__(self) -> None:
-        self.pending: dict[str, Pending] = {}  # publisher -> its newest message
+        self.pending: dict[str, PendingMessage] = {}  # publisher -> its newest message
         self.converter: Converter | None = None
         self.type = ""  # what the converter takes
         self.is_queued = False
         self.must_restart = False
 
 
-class Converting:
+class ConversionPool:
     """The converting threads, which start with the first message.
 
     Args:
@@ -79,7 +79,7 @@ class Converting:
         problems: topic -> why its last message could not be converted.
     """
 
-    def __init__(self, outlet: Outlet, on_mistake: Callable[[Exception], None]) -> None:
+    def __init__(self, outlet: ConversionSink, on_mistake: Callable[[Exception], None]) -> None:
         self.problems: dict[str, str] = {}
         self._outlet = outlet
         self._on_mistake = on_mistake
@@ -106,7 +106,7 @@ class Converting:
             if source in self._works:
                 self._works[source].must_restart = True
 
-    def put(self, source: Source, pending: Pending) -> None:
+    def put(self, source: Source, pending: PendingMessage) -> None:
         """Queue a message for the threads. It replaces a waiting message of the same publisher."""
         publisher = pending.received.publisher
         with self._has_work:
@@ -154,7 +154,7 @@ class Converting:
                 work.is_queued = False
                 self._enqueue(source, work)
 
-    def _convert(self, source: Source, work: _Work, pending: Pending, must_restart: bool) -> None:
+    def _convert(self, source: Source, work: _Work, pending: PendingMessage, must_restart: bool) -> None:
         topic, conversion = source
         received = pending.received
         try:

@@ -25,7 +25,7 @@ from pyros1.bridge.protocol.packets import (
     Request,
     ResendRequest,
 )
-from pyros1.bridge.rules.rules import Outgoing, Rules, is_command
+from pyros1.bridge.rules.rules import RuleMatch, Rules, is_command
 
 _MAX_DEFINITIONS = 100
 """Maximum number of definitions in answer to one question."""
@@ -91,7 +91,7 @@ class _Sent(NamedTuple):
     flow: Flow
 
 
-class Sending:
+class TopicSender:
     """The topics that a site sends.
 
     Args:
@@ -220,7 +220,7 @@ class Sending:
             self._by_local.setdefault((name, conversion), []).append(sent)
         self._last.update((shared, sent.topic.last) for shared, sent in old.items() if shared not in self._sent)
 
-    def _outgoing(self) -> list[tuple[Outgoing, LocalTopic]]:
+    def _outgoing(self) -> list[tuple[RuleMatch, LocalTopic]]:
         """Return what the rules allow; what is to be converted last, since a node may publish the same by itself."""
         found = []
         for name in sorted(self._locals):

@@ -38,7 +38,7 @@ class _Topic:
         self.keeps_messages = action.latched  # a node's topic that was latched stays so
 
 
-class Publishing:
+class BridgePublishers:
     """The publishers of a bridge.
 
     Args:
@@ -158,7 +158,7 @@ class Publishing:
             # The topic has another publisher, so this does not wait for the master.
             self._topics[local].latched.pop(source).unregister()
 
-    def demand(self, bridges: Collection[str]) -> frozenset[str]:
+    def subscribed_topics(self, bridges: Collection[str]) -> frozenset[str]:
         """Return the topics to which nodes other than bridges subscribe."""
         with self._lock:
             topics = [*self._topics.items()]

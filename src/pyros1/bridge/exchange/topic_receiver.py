@@ -20,9 +20,9 @@ from pyros1.bridge.exchange.incoming import IncomingTopic, ReceivedTopic
 from pyros1.bridge.exchange.outgoing import DropReason
 from pyros1.bridge.exchange.outputs import Candidate, Feed, Output, Outputs, choose
 from pyros1.bridge.exchange.peer import Peer
-from pyros1.bridge.exchange.sending import Flow
 from pyros1.bridge.exchange.streams import BufferedBytes, Delivery, Stream, make_stream
 from pyros1.bridge.exchange.token_bucket import TokenBucket
+from pyros1.bridge.exchange.topic_sender import Flow
 from pyros1.bridge.names import SharedName, is_topic_name
 from pyros1.bridge.protocol.key_expressions import to_key, topic_key
 from pyros1.bridge.protocol.packets import (
@@ -54,7 +54,7 @@ UPDATE_BURST = 60_000
 is of the topics of all sites, and takes some 20 us for each; changes that come meanwhile are handled together."""
 
 
-class Receiving:
+class TopicReceiver:
     """The topics that a site takes.
 
     Args:
@@ -76,7 +76,7 @@ class Receiving:
         self._unwelcome: set[str] = set()  # sites whose topics are refused for that, which has been logged
         self._definitions = Definitions()
         self._outputs = Outputs()
-        self._demand: frozenset[str] = frozenset()
+        self._subscribed: frozenset[str] = frozenset()
         self._separate: set[str] = set()  # sites that send packets for this one alone
         self._incoming: dict[Feed, IncomingTopic] = {}
         self._refused: dict[Feed, tuple[str, str]] = {}  # -> type and reason
@@ -215,9 +215,9 @@ class Receiving:
         wanted = [feed for feed, incoming in self._incoming.items() if feed[0] == peer and incoming.is_wanted]
         return [Listen(peer, topic_key(topic), not on) for _, topic in wanted]
 
-    def set_demand(self, demand: Iterable[str], now: float) -> list[Action]:
+    def set_subscribed(self, subscribed: Iterable[str], now: float) -> list[Action]:
         """Record to which topics nodes of this site's master subscribe, and return the actions that follow."""
-        self._demand = frozenset(demand)
+        self._subscribed = frozenset(subscribed)
         return self.apply(now)
 
     def on_definition(self, peer: str, definition: Definition, now: float) -> list[Action]:
@@ -232,7 +232,7 @@ class Receiving:
         return []
 
     def apply(self, now: float) -> list[Action]:
-        """Bring what is published, and what is wanted, in line with sites, offers, definitions and demand."""
+        """Bring what is published, and what is wanted, in line with sites, offers, definitions and subscribers."""
         self._is_outdated = False
         candidates = self._candidates()
         outputs, self._unusable = choose(candidates)
@@ -251,7 +251,7 @@ class Receiving:
         actions += self._outputs.update(outputs, self._origins(outputs))
         for feed, incoming in self._incoming.items():
             local = incoming.settings.local
-            wanted = local in self._outputs and local in self._demand and feed not in self._unusable
+            wanted = local in self._outputs and local in self._subscribed and feed not in self._unusable
             wanted = wanted and self._present(feed[0])
             if wanted and not incoming.is_wanted:
                 if not incoming.is_paused:

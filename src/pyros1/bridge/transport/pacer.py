@@ -53,7 +53,7 @@ class _Probe:
         self.late: dict[str, float] = {}
 
 
-class Pacing:
+class Pacer:
     """Decides when bulky packets may be sent to one site, or to several that get the same.
 
     Args:

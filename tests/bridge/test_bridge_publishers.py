@@ -9,9 +9,9 @@ from typing import Any
 import pytest
 
 from pyros1.bridge import publishing as module
+from pyros1.bridge.bridge_publishers import BridgePublishers
 from pyros1.bridge.exchange.actions import Advertise, Forget, Publish, Source
 from pyros1.bridge.names import SharedName
-from pyros1.bridge.publishing import Publishing
 from pyros1.node import Node
 
 MakeNode = Callable[..., Node]
@@ -39,7 +39,7 @@ def kept(node: Node, local: str, count: int) -> list[str]:
 
 def test_the_latched_messages_of_a_site_are_bounded(make_node: MakeNode, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(module, "LATCHED_BYTES", 40)
-    publishing, node = Publishing(make_node("bridge"), "base"), make_node("user")
+    publishing, node = BridgePublishers(make_node("bridge"), "base"), make_node("user")
     for local in ("/red/a", "/red/b", "/blue/a"):
         publishing.advertise(advertise(local))
     publishing.publish(text("/blue/a", "old", site="blue"))

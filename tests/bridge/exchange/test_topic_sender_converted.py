@@ -9,7 +9,7 @@ import pytest
 from pyros1.bridge.conversions.conversion import Conversion, MessageType
 from pyros1.bridge.exchange.actions import Action, RestartConversion, Send, Subscribe
 from pyros1.bridge.exchange.outgoing import DropReason, ReceivedMessage
-from pyros1.bridge.exchange.sending import LocalTopic, Sending
+from pyros1.bridge.exchange.topic_sender import LocalTopic, TopicSender
 from pyros1.bridge.names import SharedName
 from pyros1.bridge.protocol.packets import Flag, OfferedTopic, Request, decode_message_head
 from pyros1.bridge.rules.parsing import parse_config
@@ -25,8 +25,8 @@ CAMERA = LocalTopic(
 )  # fmt: skip
 
 
-def sending(rules: str, *topics: LocalTopic) -> Sending:
-    machine = Sending(parse_config(rules, "f", "red").rules, 11)
+def sending(rules: str, *topics: LocalTopic) -> TopicSender:
+    machine = TopicSender(parse_config(rules, "f", "red").rules, 11)
     machine.set_peers({"base": 22, "blue": 33}, 0.0)
     machine.set_topics(topics, 0.0, 0.0)
     return machine
@@ -44,7 +44,7 @@ def sends(actions: list[Action]) -> list[Send]:
     return [action for action in actions if isinstance(action, Send)]
 
 
-def drops(machine: Sending) -> dict[str, int]:
+def drops(machine: TopicSender) -> dict[str, int]:
     ((_, _, flow),) = machine.flows()
     return flow.drops
 

@@ -16,9 +16,9 @@ from pyros1.bridge.exchange.actions import (
     Withdraw,
 )
 from pyros1.bridge.exchange.peer import State
-from pyros1.bridge.exchange.sending import LocalTopic
 from pyros1.bridge.exchange.site import Site
 from pyros1.bridge.exchange.streams import MESSAGE_COST
+from pyros1.bridge.exchange.topic_sender import LocalTopic
 from pyros1.bridge.names import SharedName
 from pyros1.bridge.protocol import packets
 from pyros1.bridge.protocol.packets import Flag, Kind, Request
@@ -38,7 +38,7 @@ def lose(red: Liar) -> list[Action]:
     red.now += 6.0
     actions = red.take(red.site.tick(red.now))
     assert [each.state for each in red.site.sites()] == [State.LOST]
-    return actions + red.take(red.site.set_demand([], red.now))
+    return actions + red.take(red.site.set_subscribed([], red.now))
 
 
 def requested(actions: list[Action]) -> list[list[Request]]:
@@ -56,11 +56,11 @@ def test_topics_of_a_lost_site_are_withdrawn_and_come_back(red: Liar) -> None:
     actions = lose(red)
     assert [each.local for each in only(Withdraw, actions)] == ["/red/odom"]
     assert [each.on for each in only(Listen, actions)] == [False]
-    assert [each.state for each in red.site.received()] == ["site lost"]
+    assert [each.state for each in red.site.received_topics()] == ["site lost"]
     actions = red.heartbeat()
     assert [each.local for each in only(Advertise, actions)] == ["/red/odom"] and not only(Listen, actions)
     assert not red.message(2), "nobody has subscribed again yet"
-    actions = red.take(red.site.set_demand(["/red/odom"], red.now))
+    actions = red.take(red.site.set_subscribed(["/red/odom"], red.now))
     assert [each.on for each in only(Listen, actions)] == [True]
     assert not only(Publish, red.message(1)) and only(Publish, red.message(3))
 
@@ -70,7 +70,7 @@ def test_reliable_messages_of_an_outage_come_after_it(red: Liar) -> None:
     red.message(1)
     lose(red)
     assert all(requested(red.heartbeat(tails={SharedName("red", "/odom"): 2}))), "the request holds"
-    red.take(red.site.set_demand(["/red/odom"], red.now))
+    red.take(red.site.set_subscribed(["/red/odom"], red.now))
     actions = red.heartbeat(tails={SharedName("red", "/odom"): 2})
     assert any(packets.decode_head(each.head).kind is Kind.RESEND_REQUEST for each in only(Send, actions))
     assert only(Publish, red.message(2, received_at=red.now + 5000 - 4.0))
@@ -81,7 +81,7 @@ def test_latched_messages_are_published_again(red: Liar) -> None:
     assert only(Publish, red.message(1, topic=MAP, flags=Flag.LATCHED))
     lose(red)
     red.heartbeat()
-    red.take(red.site.set_demand(["/red/map"], red.now))
+    red.take(red.site.set_subscribed(["/red/map"], red.now))
     assert [each.latched for each in only(Publish, red.message(1, topic=MAP, flags=Flag.LATCHED))] == [True]
 
 
@@ -107,7 +107,7 @@ def test_who_subscribes_again_goes_on_for_good(red: Liar, is_latched: bool) -> N
     red.message(1, topic=MAP, flags=flags)
     lose(red)
     red.heartbeat()
-    red.take(red.site.set_demand(["/red/map"], red.now))
+    red.take(red.site.set_subscribed(["/red/map"], red.now))
     assert only(Publish, red.message(2, topic=MAP, flags=flags))
     for _ in range(12):
         red.now += 1.0
@@ -118,7 +118,7 @@ def test_who_subscribes_again_goes_on_for_good(red: Liar, is_latched: bool) -> N
         assert only(Forget, red.message(3, b"", topic=MAP, flags=Flag.LEFT))
     else:
         red.message(4, bytes(100), topic=MAP)
-        assert red.site.receiving.buffered["red"].total == MESSAGE_COST + 100, "message 3 was not given up"
+        assert red.site.topic_receiver.buffered["red"].total == MESSAGE_COST + 100, "message 3 was not given up"
 
 
 @pytest.mark.parametrize("is_withdrawn", [True, False])
@@ -128,7 +128,7 @@ def test_nothing_is_kept_back_after_a_pause(red: Liar, is_withdrawn: bool) -> No
     red.message(3, bytes(100))
     lose(red)
     red.heartbeat()
-    buffered = red.site.receiving.buffered
+    buffered = red.site.topic_receiver.buffered
     assert buffered["red"].total == MESSAGE_COST + 100, "it may still be wanted again"
     if is_withdrawn:
         red.offer()
@@ -146,7 +146,7 @@ def test_a_topic_that_another_site_sends_too_stays(red: Liar) -> None:
         each.heartbeat()
         each.offer(offered(SharedName(each.name, "/odom"), publishers=("/driver",)))
         each.define()
-    red.take(site.set_demand(["/robots/odom"], 0.5))
+    red.take(site.set_subscribed(["/robots/odom"], 0.5))
     for _ in range(6):
         blue.now += 1.0
         blue.heartbeat()
