@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from pyros1.bridge import publishing as module
+from pyros1.bridge import bridge_publishers as module
 from pyros1.bridge.bridge_publishers import BridgePublishers
 from pyros1.bridge.exchange.actions import Advertise, Forget, Publish, Source
 from pyros1.bridge.names import SharedName

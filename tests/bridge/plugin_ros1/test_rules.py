@@ -59,8 +59,8 @@ def test_what_is_taken(own: str, take: str, namespace: str, expected: str) -> No
 )
 def test_what_is_sent(own: str, send: str, local: str, expected: list[str]) -> None:
     for found in (
-        rules(own, send=send).sent(local, ["*", "robot1", "robot2"]),
-        rules(own, serve=send).served(local, ["*", "robot1", "robot2"]),
+        rules(own, send=send).sent_names(local, ["*", "robot1", "robot2"]),
+        rules(own, serve=send).served_names(local, ["*", "robot1", "robot2"]),
     ):
         assert [f"{remote.namespace}:{remote.name}" for remote in found] == expected
 

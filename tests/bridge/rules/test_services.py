@@ -7,7 +7,7 @@ import pytest
 from pyros1.bridge.names import SharedName
 from pyros1.bridge.rules.parsing import parse_config
 from pyros1.bridge.rules.rules import Rule, Rules
-from pyros1.bridge.rules.services import PARAMETERS, called, may_read, served
+from pyros1.bridge.rules.services import PARAMETERS, called, match_served, may_read
 
 
 def rules(text: str) -> Rules:
@@ -29,7 +29,7 @@ def rules(text: str) -> Rules:
     ],
 )
 def test_served(text: str, local: str, shared: str | None) -> None:
-    found = served(rules(text), local)
+    found = match_served(rules(text), local)
     assert (found and found.shared) == (shared and SharedName("red", shared))
 
 

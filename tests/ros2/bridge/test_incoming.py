@@ -86,7 +86,7 @@ def test_a_topic_that_becomes_latched_keeps_its_subscribers(bridge: Bridge) -> N
 
 
 def test_what_is_refused_is_tried_again(bridge: Bridge) -> None:
-    bridge.bridge_publishers.refuses = True
+    bridge.publishing.refuses = True
     assert bridge.adjust(a="p/A") == [("/a", "no")]
-    bridge.bridge_publishers.refuses = False
+    bridge.publishing.refuses = False
     assert bridge.adjust(a="p/A") == [("/a", "p/A")]
