@@ -54,139 +54,139 @@ class ConversionSink:
 
 
 @pytest.fixture
-def outlet() -> ConversionSink:
+def sink() -> ConversionSink:
     return ConversionSink()
 
 
 @pytest.fixture
-def pool(outlet: ConversionSink) -> Iterator[ConversionPool]:
+def pool(sink: ConversionSink) -> Iterator[ConversionPool]:
     mistakes: list[Exception] = []
-    pool = ConversionPool(outlet, mistakes.append)
+    pool = ConversionPool(sink, mistakes.append)
     pool.start(SCAN)
     yield pool
-    outlet.gate.set()
+    sink.gate.set()
     pool.close()
     assert not mistakes
     assert not [thread for thread in threading.enumerate() if thread.name == "bridge: conversions"]
 
 
-def test_a_message(pool: ConversionPool, outlet: ConversionSink) -> None:
+def test_a_message(pool: ConversionPool, sink: ConversionSink) -> None:
     pool.put(SCAN, pending(5))
-    assert outlet.next() == ("sent", "/scan", "/laser", 5.0, (1.0, 3.0), 5.0)
+    assert sink.next() == ("sent", "/scan", "/laser", 5.0, (1.0, 3.0), 5.0)
 
 
-def test_a_topic_whose_type_changes(pool: ConversionPool, outlet: ConversionSink) -> None:
+def test_a_topic_whose_type_changes(pool: ConversionPool, sink: ConversionSink) -> None:
     cloud = ReceivedMessage("/cloud", PointCloud2._md5sum, False, encode(PointCloud2()))
-    outlet.gate.clear()
-    outlet.answer = False  # its converter is made, but nothing is sent
+    sink.gate.clear()
+    sink.answer = False  # its converter is made, but nothing is sent
     pool.put(SCAN, PendingMessage(cloud, "sensor_msgs/PointCloud2", False, 1.0))
-    assert outlet.asked.get(timeout=PATIENCE) == 1.0
-    outlet.gate.set()
+    assert sink.asked.get(timeout=PATIENCE) == 1.0
+    sink.gate.set()
     pool.put(SCAN, pending(4))
-    assert outlet.asked.get(timeout=PATIENCE) == 4.0  # now it has dealt with the cloud
-    outlet.answer = True
+    assert sink.asked.get(timeout=PATIENCE) == 4.0  # now it has dealt with the cloud
+    sink.answer = True
     pool.put(SCAN, pending(5))
-    while (event := outlet.next()) != ("sent", "/scan", "/laser", 5.0, (1.0, 3.0), 5.0):
+    while (event := sink.next()) != ("sent", "/scan", "/laser", 5.0, (1.0, 3.0), 5.0):
         assert event == ("sent", "/scan", "/laser", 4.0, (1.0, 3.0), 4.0)
 
 
-def test_only_the_newest_of_each_publisher_waits(pool: ConversionPool, outlet: ConversionSink) -> None:
-    outlet.gate.clear()
+def test_only_the_newest_of_each_publisher_waits(pool: ConversionPool, sink: ConversionSink) -> None:
+    sink.gate.clear()
     pool.put(SCAN, pending(1))
-    assert outlet.asked.get(timeout=PATIENCE) == 1
+    assert sink.asked.get(timeout=PATIENCE) == 1
     for number in (2, 3, 4):
         pool.put(SCAN, pending(number))
     pool.put(SCAN, pending(9, "/second"))
-    assert [outlet.next() for _ in range(2)] == [("dropped", "/scan", DropReason.OVERTAKEN)] * 2
-    assert outlet.events.empty(), "one source is converted by one thread at a time"
-    outlet.gate.set()
-    assert [outlet.next()[2:4] for _ in range(3)] == [("/laser", 1.0), ("/laser", 4.0), ("/second", 9.0)]
+    assert [sink.next() for _ in range(2)] == [("dropped", "/scan", DropReason.OVERTAKEN)] * 2
+    assert sink.events.empty(), "one source is converted by one thread at a time"
+    sink.gate.set()
+    assert [sink.next()[2:4] for _ in range(3)] == [("/laser", 1.0), ("/laser", 4.0), ("/second", 9.0)]
 
 
-def test_a_slow_topic_does_not_hold_up_another_one(pool: ConversionPool, outlet: ConversionSink) -> None:
+def test_a_slow_topic_does_not_hold_up_another_one(pool: ConversionPool, sink: ConversionSink) -> None:
     pool.start(OTHER)
-    outlet.gate.clear()
+    sink.gate.clear()
     pool.put(SCAN, pending(1))
     pool.put(OTHER, pending(2))
-    assert {outlet.asked.get(timeout=PATIENCE) for _ in range(2)} == {1, 2}
+    assert {sink.asked.get(timeout=PATIENCE) for _ in range(2)} == {1, 2}
 
 
-def test_what_is_not_wanted_is_not_converted(pool: ConversionPool, outlet: ConversionSink) -> None:
-    outlet.answer = False
+def test_what_is_not_wanted_is_not_converted(pool: ConversionPool, sink: ConversionSink) -> None:
+    sink.answer = False
     pool.put(SCAN, pending(1, received=ReceivedMessage("/laser", LaserScan._md5sum, False, b"nonsense")))
-    assert outlet.asked.get(timeout=PATIENCE) == 1
+    assert sink.asked.get(timeout=PATIENCE) == 1
     pool.put(SCAN, pending(2))
-    assert outlet.asked.get(timeout=PATIENCE) == 2
-    assert outlet.events.empty()
+    assert sink.asked.get(timeout=PATIENCE) == 2
+    assert sink.events.empty()
 
 
-def test_what_cannot_be_converted(pool: ConversionPool, outlet: ConversionSink) -> None:
+def test_what_cannot_be_converted(pool: ConversionPool, sink: ConversionSink) -> None:
     pool.put(SCAN, pending(1, received=ReceivedMessage("/laser", LaserScan._md5sum, False, b"nonsense")))
-    assert outlet.next() == ("dropped", "/scan", DropReason.UNCONVERTED)
+    assert sink.next() == ("dropped", "/scan", DropReason.UNCONVERTED)
     assert {*pool.problems} == {"/scan"}
     pool.put(SCAN, pending(2))
-    assert outlet.next()[0] == "sent"
+    assert sink.next()[0] == "sent"
     assert not pool.problems
 
 
-def test_another_type(pool: ConversionPool, outlet: ConversionSink) -> None:
+def test_another_type(pool: ConversionPool, sink: ConversionSink) -> None:
     pool.put(SCAN, pending(1, type="std_msgs/String"))
-    assert outlet.next() == ("dropped", "/scan", DropReason.TYPE)
+    assert sink.next() == ("dropped", "/scan", DropReason.TYPE)
     pool.put(SCAN, pending(2, received=ReceivedMessage("/laser", "0" * 32, False, b"")))
-    assert outlet.next() == ("dropped", "/scan", DropReason.TYPE)
+    assert sink.next() == ("dropped", "/scan", DropReason.TYPE)
 
 
-def test_too_many_publishers(pool: ConversionPool, outlet: ConversionSink) -> None:
-    outlet.gate.clear()
+def test_too_many_publishers(pool: ConversionPool, sink: ConversionSink) -> None:
+    sink.gate.clear()
     pool.put(SCAN, pending(1, "/first"))
-    assert outlet.asked.get(timeout=PATIENCE) == 1
+    assert sink.asked.get(timeout=PATIENCE) == 1
     for number in range(101):
         pool.put(SCAN, pending(2, f"/laser{number}"))
-    assert outlet.next() == ("dropped", "/scan", DropReason.PUBLISHERS)
-    assert outlet.events.empty()
+    assert sink.next() == ("dropped", "/scan", DropReason.PUBLISHERS)
+    assert sink.events.empty()
 
 
-def test_a_topic_that_is_not_wanted_any_more(pool: ConversionPool, outlet: ConversionSink) -> None:
-    outlet.gate.clear()
+def test_a_topic_that_is_not_wanted_any_more(pool: ConversionPool, sink: ConversionSink) -> None:
+    sink.gate.clear()
     pool.put(SCAN, pending(1))
-    assert outlet.asked.get(timeout=PATIENCE) == 1
+    assert sink.asked.get(timeout=PATIENCE) == 1
     pool.put(SCAN, pending(2))
     pool.stop(SCAN)
     pool.put(SCAN, pending(3))
     pool.restart(SCAN)
-    outlet.gate.set()
-    assert outlet.next()[3] == 1.0
+    sink.gate.set()
+    assert sink.next()[3] == 1.0
     pool.start(SCAN)
     pool.put(SCAN, pending(4))
-    assert outlet.next()[3] == 4.0, "what waited is forgotten"
+    assert sink.next()[3] == 4.0, "what waited is forgotten"
 
 
-def test_a_topic_that_is_wanted_again_before_its_turn(pool: ConversionPool, outlet: ConversionSink) -> None:
+def test_a_topic_that_is_wanted_again_before_its_turn(pool: ConversionPool, sink: ConversionSink) -> None:
     others: list[Source] = [(name, SCAN[1]) for name in ("/one", "/two")]
-    outlet.gate.clear()
+    sink.gate.clear()
     for source in others:
         pool.start(source)
         pool.put(source, pending(1))
-        assert outlet.asked.get(timeout=PATIENCE) == 1
+        assert sink.asked.get(timeout=PATIENCE) == 1
     pool.put(SCAN, pending(2))
     pool.stop(SCAN)
     pool.start(SCAN)
-    outlet.gate.set()
-    assert {outlet.next()[1] for _ in others} == {"/one", "/two"}
+    sink.gate.set()
+    assert {sink.next()[1] for _ in others} == {"/one", "/two"}
     for source in (SCAN, *others):
         pool.put(source, pending(3))
-    assert [outlet.next()[3] for _ in range(3)] == [3.0] * 3
+    assert [sink.next()[3] for _ in range(3)] == [3.0] * 3
 
 
-def test_problems_of_topics_that_are_not_wanted_any_more(pool: ConversionPool, outlet: ConversionSink) -> None:
+def test_problems_of_topics_that_are_not_wanted_any_more(pool: ConversionPool, sink: ConversionSink) -> None:
     pool.put(SCAN, pending(1, received=ReceivedMessage("/laser", LaserScan._md5sum, False, b"nonsense")))
-    assert outlet.next() == ("dropped", "/scan", DropReason.UNCONVERTED)
+    assert sink.next() == ("dropped", "/scan", DropReason.UNCONVERTED)
     pool.stop(SCAN)
     assert not pool.problems
 
 
 class FailingSink(ConversionSink):
-    """An outlet with a mistake."""
+    """An sink with a mistake."""
 
     def would_send(self, source: Source, pending: PendingMessage) -> bool:
         raise RuntimeError("a mistake")

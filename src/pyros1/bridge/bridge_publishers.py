@@ -20,9 +20,9 @@ from pyros1.wire.handshake import TopicType
 BRIDGE_FIELD = "pyros1_bridge"
 """Field of the connection headers of bridges' publishers, with the site's name."""
 ORIGIN_FIELD = "origin"
-"""Another one, with the original publishers when the connection was made, such as ``red:/driver``. The field
-``callerid`` has the name of the bridge's node: the one that this master knows, and that sends the messages of all of
-them over one connection.
+"""Another field, with the original publishers when the connection was made, such as ``red:/driver``. The field
+``callerid`` has the name of the bridge's node: this master knows only that one, and it sends the messages of all
+original publishers over one connection.
 """
 _QUEUE_SIZE = 100
 LATCHED_BYTES = 256 << 20
@@ -35,18 +35,18 @@ class _Topic:
         self.publisher = publisher
         self.latched: dict[Source, Publisher[AnyMsg]] = {}
         self.origins = action.origins
-        self.keeps_messages = action.latched  # a node's topic that was latched stays so
+        self.keeps_messages = action.latched  # once latched, a topic of a node stays latched
 
 
 class BridgePublishers:
-    """The publishers of a bridge.
+    """The publishers of a bridge on its site's master.
 
     Args:
         node: the bridge's node.
         site: the site's name.
 
     Attributes:
-        forgotten: how many latched messages are not kept, since those of their site are too large together.
+        forgotten: number of latched messages that were discarded because those of their site exceeded the limit.
     """
 
     def __init__(self, node: Node, site: str) -> None:
@@ -57,7 +57,9 @@ class BridgePublishers:
         # site -> topic and source -> size of the latched message; the one that came last at the end
         self._sizes: dict[str, dict[tuple[str, Source], int]] = {}
         self._totals: dict[str, int] = {}
-        self._lock = threading.Lock()  # topics come and go in another thread than messages
+        self._lock = (
+            threading.Lock()
+        )  # topics are advertised and withdrawn in another thread than messages are published
 
     def advertise(self, action: Advertise) -> None:
         """Publish a topic, or latch one that is published already, which keeps its subscribers. This waits for the
@@ -122,7 +124,7 @@ class BridgePublishers:
                 self._note_size(action.local, action.source, len(action.body))
                 self._forget_oldest(action.source[0])
             elif topic.keeps_messages:
-                # Of this publisher, nothing is kept: what it has published is forgotten with it.
+                # This message must not stay latched: unregistering its publisher discards it.
                 with self._make_publisher(topic.action, topic.origins) as passing:
                     passing.publish(AnyMsg(action.body))
                 return True

@@ -72,16 +72,16 @@ class ConversionPool:
     """The converting threads, which start with the first message.
 
     Args:
-        outlet: what becomes of messages.
+        sink: receives the converted and dropped messages.
         on_mistake: called with unexpected exceptions, which are bugs in pyros1.
 
     Attributes:
         problems: topic -> why its last message could not be converted.
     """
 
-    def __init__(self, outlet: ConversionSink, on_mistake: Callable[[Exception], None]) -> None:
+    def __init__(self, sink: ConversionSink, on_mistake: Callable[[Exception], None]) -> None:
         self.problems: dict[str, str] = {}
-        self._outlet = outlet
+        self._sink = sink
         self._on_mistake = on_mistake
         self._works: dict[Source, _Work] = {}
         self._queue: deque[tuple[Source, _Work]] = deque()
@@ -120,7 +120,7 @@ class ConversionPool:
                 work.pending[publisher] = pending
             self._enqueue(source, work)
         if problem:
-            self._outlet.drop(source, problem)
+            self._sink.drop(source, problem)
 
     def _enqueue(self, source: Source, work: _Work) -> None:
         """Assign a thread to a source, unless it has one."""
@@ -160,25 +160,25 @@ class ConversionPool:
         try:
             new_type = converted_type(conversion, pending.type, received.md5sum)
             if new_type is None:
-                self._outlet.drop(source, DropReason.TYPE)
+                self._sink.drop(source, DropReason.TYPE)
                 return
             if work.converter is None or work.type != pending.type:
                 work.converter, work.type = Converter(conversion, pending.type), pending.type
             if must_restart:
                 work.converter.restart()
-            if not self._outlet.would_send(source, pending):
+            if not self._sink.would_send(source, pending):
                 return
             body = work.converter.convert(received.publisher, received.body, pending.at)
         except Error as error:
             with self._has_work:
                 if self._works.get(source) is work:
                     self.problems[topic] = str(error)
-            self._outlet.drop(source, DropReason.UNCONVERTED)
+            self._sink.drop(source, DropReason.UNCONVERTED)
             return
         if self.problems:
             with self._has_work:
                 self.problems.pop(topic, None)
-        self._outlet.send(source, pending._replace(received=received._replace(md5sum=new_type.md5sum, body=body)))
+        self._sink.send(source, pending._replace(received=received._replace(md5sum=new_type.md5sum, body=body)))
 
     def close(self) -> None:
         """End the threads."""

@@ -17,7 +17,7 @@ from pyros1.bridge.conversions.conversion import Conversion
 from pyros1.bridge.exchange.actions import Advertise, Forget, Publish, SetOrigins, Source, Subscribe, Withdraw
 
 Change = Subscribe | Advertise | SetOrigins | Withdraw
-"""What the master has to be told."""
+"""A change to be made at the master."""
 MAX_MESSAGES = 5_000
 """Maximum number of messages that wait for their topics."""
 MAX_BYTES = 64 << 20
@@ -61,7 +61,7 @@ class DeferredActions:
         self._failed: dict[_Key, _PendingActions] = {}
         self._busy: _Key | None = None
         self._popped = _PendingActions()  # what was popped last
-        self._begun: set[_Key] = set()  # what there is at the master, or may be
+        self._begun: set[_Key] = set()  # what is registered at the master, or may be
         self._held: dict[str, dict[Source, list[tuple[int, Publish]]]] = {}  # by topic, with their order
         self._held_number = self._held_count = self._held_bytes = 0
         self._is_woken = False
@@ -85,8 +85,8 @@ class DeferredActions:
             self._changed.notify()
 
     def hold(self, action: Publish | Forget) -> bool:
-        """Return whether a topic is about to be published, changed or withdrawn. Then a message waits until that is
-        done. If its publisher is gone, it does not wait any longer; then what is published is to be forgotten at once.
+        """Return whether a topic is about to be published, changed or withdrawn; if so, a message is held until that is
+        done. A `Forget` discards the held messages of its source, and is never held itself.
         """
         key, local = (False, action.local, None), action.local
         with self._changed:
@@ -118,9 +118,8 @@ class DeferredActions:
         return messages
 
     def pop(self, timeout: float = 0.0) -> list[Change]:
-        """Wait for actions, and return those that are due for one topic, in order. Afterwards, `finish`
-        or `fail` must be called; if neither was, a bug has prevented it, and it counts as
-        failed.
+        """Wait for actions, and return those that are due for one topic, in order. The caller must then call `finish`
+        or `fail`; if a bug prevents both, the actions count as failed.
 
         Args:
             timeout: maximum seconds to wait; after that, the list may be empty.

@@ -131,7 +131,7 @@ def listed(
     `LISTED_BYTES` together, those that have most are cut, so that none hides others.
 
     Args:
-        entries: what there is.
+        entries: all entries.
         site_of: returns an entry's site.
         size_of: returns its size in bytes, about.
     """

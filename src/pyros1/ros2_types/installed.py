@@ -12,7 +12,7 @@ from pyros1.ros2_types.definitions import MAX_TEXT_LENGTH, PARTS, full_type_name
 from pyros1.ros2_types.model import MessageType
 
 MAX_FOLDERS = 20_000
-"""Maximum number of folders that are looked at."""
+"""Maximum number of folders that are searched."""
 _MAX_DEPTH = 8
 _SKIPPED = frozenset(["build", "log", "node_modules"])
 _PACKAGE_NAME = re.compile(r"<name>\s*([A-Za-z][A-Za-z0-9_]*)\s*</name>")

@@ -88,4 +88,4 @@ class MessageType(NamedTuple):
 
 
 Types = Mapping[str, MessageType]
-"""Types by their full names; whoever is given it finds there all types that a type uses, too."""
+"""Types by their full names; includes all types that these types use."""

@@ -18,7 +18,7 @@ class Send(NamedTuple):
         head, body: the packet.
         priority: which packets overtake others.
         replaces: a packet that waits with an equal key and value is replaced by this one; None: nothing is replaced.
-        may_drop: whether it is replaced only if the network is slow, since otherwise all are wanted.
+        may_drop: whether it is replaced only if the network is slow, since all are to be delivered otherwise.
         expires: time by the site's clock after which the packet is useless; None: never.
     """
 
@@ -162,7 +162,7 @@ class CallService(NamedTuple):
 
 
 class Return(NamedTuple):
-    """Give a result to whoever waits for it here.
+    """Deliver a result to the caller on this site.
 
     Attributes:
         token: what was given to `Site.call`.

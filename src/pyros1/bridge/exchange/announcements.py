@@ -23,7 +23,7 @@ class Announcements:
     Args:
         epoch: the site's epoch.
         peers: the other sites; shared with the caller, which updates it.
-        topic_sender, topic_receiver, services, slow_sites: what they are about.
+        topic_sender, topic_receiver, services, slow_sites: the sources of the lists.
 
     Attributes:
         lists: those of each other site, and for it.

@@ -45,9 +45,8 @@ class _SiteUsage:
 
 
 class Definitions:
-    """The definitions that other sites have sent. Each counts for the site that it came from, so a site that sends too
-    many has no more of its own topics, but others do. Those of ended runs stay, up to a limit, since topics of other
-    sites may use them.
+    """The definitions that other sites have sent. Each counts towards the limit of its site, so a site with too many
+    blocks only its own topics. Those of ended runs are kept, up to a limit, since topics of other sites may use them.
     """
 
     def __init__(self) -> None:

@@ -79,7 +79,7 @@ class Outputs:
         self._sources.setdefault(local, set()).add(source)
 
     def forget(self, local: str, source: Source) -> list[Action]:
-        """Return the action by which the last message of a source is kept no longer."""
+        """Return the action that discards the last message of a source."""
         sources = self._sources.get(local, set())
         if source not in sources:
             return []

@@ -1,18 +1,16 @@
 """The state of another site: whether it is present, since when, and how old its messages are. No I/O.
 
-The states, and what leads from one to the next:
+The states, and the transitions between them:
 
-- *heard*: a packet came under the site's name. Whoever records packets can send them again, and the network can delay
-  them, so nothing is believed yet.
-- *present*: it has answered a heartbeat that was sent to it after this run of it (its *epoch*) was first heard of, so
-  it is not an echo of an earlier run. From now on its lists and messages count, if they carry this epoch.
-- *lost*: no new answer came for the delay that this site's rules set. What is known of it is kept, since it may come
-  back.
+- *heard*: a packet came under the site's name. Recorded packets can be sent again, and the network can delay
+  packets, so this proves nothing yet.
+- *present*: it has answered a heartbeat that was sent after this run of it (its *epoch*) was first heard, so the
+  answer is not an echo of an earlier run. From now on its lists and messages are accepted, if they carry this epoch.
+- *lost*: no new answer came within the delay set by this site's rules. Its state is kept, since it may come back.
 
-A lost site that answers again is present. One that has started again is heard under another epoch, and becomes present
-under that one as soon as it has answered; then everything that was known of its earlier run is void. A lost site that
-does not come back within `FORGET_DELAY`, and one that says goodbye, is forgotten; one that was only heard, after
-`HEARD_DELAY`.
+A lost site that answers again is present. A restarted site is heard under a new epoch, and becomes present under it with
+its first answer; everything known of its earlier run is then discarded. A lost site is forgotten after `FORGET_DELAY`,
+a site that was only heard after `HEARD_DELAY`, and one that says goodbye at once.
 """
 
 from __future__ import annotations
@@ -28,26 +26,26 @@ from pyros1.bridge.protocol.packets import Heartbeat
 from pyros1.bridge.rules.rules import LOSS_DELAY
 
 _PERIODS = 5
-"""Number of heartbeats in the delay after which a site is lost. The next heartbeat brings the answer to one, so even
-without losses the time since the last one that was answered grows to two periods and a round trip."""
+"""Number of heartbeats within the delay after which a site is lost. The other site's next heartbeat answers one, so
+even without packet loss the last answered heartbeat can be two periods and a round trip old."""
 MIN_PERIOD = 0.2
 """Minimum seconds between heartbeats, even if another site asks for more."""
 FORGET_DELAY = 60.0
 """Seconds after which a lost site is forgotten."""
 HEARD_DELAY = 10.0
-"""The same for one that was never present: invented names must not displace other sites for long."""
+"""The same for a site that was never present: invented names must not displace other sites for long."""
 _ANSWER_PERIOD = 0.1
-"""Minimum seconds between heartbeats that answer packets of a site that is not present yet, so that such packets cannot
-make this site send without end."""
+"""Minimum seconds between heartbeats in response to packets of a site that is not present yet, so that a flood of such
+packets does not cause a flood of heartbeats."""
 _NAMESAKE_TIME = 10.0
-"""Seconds after which packets of the run before the current one are not only delayed: two bridges have one name."""
+"""Seconds after which packets of the previous run cannot merely be delayed: two bridges have the same name."""
 _NAMESAKE_TURNS = 5
 _SHARED_TIME = 60.0
-"""Seconds for which the status reports two bridges with one name, after the last sign of it."""
+"""Seconds for which the status reports two bridges with the same name, after the last sign of it."""
 _KEPT_RUNS = 64
-"""Number of earlier runs that are recognised when they come again."""
+"""Number of earlier runs that are remembered, to recognise their packets."""
 _KEPT_HEARTBEATS = 64
-"""Number of sent heartbeats whose answers are recognised."""
+"""Number of sent heartbeats that are remembered, to recognise their answers."""
 
 
 class State(Enum):
@@ -59,12 +57,12 @@ class State(Enum):
 
 
 class SiteStatus(NamedTuple):
-    """What a site knows of another one, for the status.
+    """The state of another site, for the status.
 
     Attributes:
-        nodes: the names here of its nodes.
-        is_slow: whether it gets packets of its own, since it holds up others.
-        is_shared: whether two bridges call themselves so.
+        nodes: the names of its nodes on this site's master.
+        is_slow: whether it gets separate packets, since it would delay other sites.
+        is_shared: whether two bridges use its name.
     """
 
     name: str
@@ -76,7 +74,7 @@ class SiteStatus(NamedTuple):
 
 
 class _Candidate(NamedTuple):
-    """A run of the site that has not shown yet that it is running now."""
+    """A run of the site that has not yet proved that it is the current one."""
 
     epoch: int
     first_heartbeat: int
@@ -84,11 +82,11 @@ class _Candidate(NamedTuple):
 
 
 class Change(Enum):
-    """What a heartbeat has changed."""
+    """The change that a heartbeat has caused."""
 
     NONE = "none"
     STARTED = "started"
-    """The site is present in a new run: what was known of an earlier one is void."""
+    """The site is present in a new run: discard the state of the earlier one."""
     RETURNED = "returned"
     """The site was lost, and responds again."""
 
@@ -100,7 +98,7 @@ class Peer:
         name: the other site's name.
         own_epoch: this site's epoch.
         numbers: the numbers of heartbeats; shared by all peers of a site. A run never uses a number twice, not even
-            for a peer that it has forgotten meanwhile, since the other side may remember it.
+            for a peer that it has forgotten since, as the other side may remember the number.
         now: the current time.
         loss_delay: seconds from the last heartbeat that was answered until the site is lost.
 
@@ -109,12 +107,12 @@ class Peer:
         epoch: its current run; 0 if it was never present.
         clock: the offset of its clock.
         answer_due: whether a heartbeat must be sent now.
-        offer_wanted, request_wanted: the versions of its lists for us; 0 if it has not said.
+        offer_wanted, request_wanted: the versions of its lists for us; 0 if unknown.
         offer_seen, request_seen, services_seen: the versions of our lists that it has; -1 for none.
         lost_at: when it was lost.
-        alternates: whether the current run has followed another one that was there, and has been the current one
-            before: two bridges with one name take turns.
-        is_shared: whether two bridges have called themselves so within the last minute.
+        alternates: whether the current run replaced one that was present, and was itself current before: two bridges
+            with the same name take turns.
+        is_shared: whether two bridges have used this name within the last minute.
     """
 
     def __init__(
@@ -159,7 +157,7 @@ class Peer:
         return self.state is State.PRESENT and epoch == self.epoch and to_epoch in (0, self._own_epoch)
 
     def hear(self, epoch: int, now: float) -> None:
-        """Handle the epoch of a packet, which by itself proves nothing."""
+        """Handle the epoch of a packet; an unanswered one proves nothing."""
         if self.state is not State.LOST:
             self._heard_at = now
         if epoch and epoch == self._former_epoch and now - self._started_at >= _NAMESAKE_TIME:
@@ -250,7 +248,7 @@ class Peer:
         return True
 
     def is_forgotten(self, now: float) -> bool:
-        """Return whether the site has been away for so long that nothing needs to be kept of it."""
+        """Return whether the site has been away for so long that its state can be discarded."""
         if self.state is State.PRESENT:
             return False
         if self.state is State.LOST:
@@ -258,7 +256,7 @@ class Peer:
         return now - self._heard_at >= HEARD_DELAY
 
     def wants_heartbeat(self, now: float) -> bool:
-        """Return whether a heartbeat must be sent to the site now: as often as the site that wants them more often."""
+        """Return whether a heartbeat is due now: both sites use the shorter one of their periods."""
         period = max(MIN_PERIOD, min(self._period, self._their_period if self.is_present else self._period))
         return self.answer_due or now - self._heartbeat_sent_at >= period
 
@@ -286,7 +284,7 @@ class Peer:
         self._sent[number] = now
         if len(self._sent) > _KEPT_HEARTBEATS:
             del self._sent[min(self._sent)]
-        # A packet of another run may be old: one heartbeat asks that run, the others keep up what there is.
+        # A packet of another run may be old: one heartbeat goes to that run, the others keep the current one alive.
         asks = self._candidate is not None and (self.answer_due or self.state is not State.PRESENT)
         epoch = self._candidate.epoch if asks and self._candidate else self.epoch
         self._heartbeat_sent_at, self.answer_due = now, False

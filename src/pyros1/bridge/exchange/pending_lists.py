@@ -29,7 +29,7 @@ class PendingLists:
         self._pending[kind] = entries
 
     def take(self, now: float) -> list[tuple[Kind, Sequence[Any]]]:
-        """Return the lists that are to be applied now; they wait no longer."""
+        """Remove and return the lists that are to be applied now."""
         kinds = [kind for kind in self._pending if self._buckets[kind].take(now)]
         return [(kind, self._pending.pop(kind)) for kind in kinds]
 

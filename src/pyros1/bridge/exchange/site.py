@@ -408,7 +408,7 @@ class Site:
     # Status -----------------------------------------------------------------------------------------------------------
 
     def sites(self) -> list[SiteStatus]:
-        """Return what is known of other sites."""
+        """Return the state of each other site."""
         nodes, slow = self._remote_nodes.names, self._slow_sites.separate
         peers = self._peers.items()
         return [
@@ -417,11 +417,11 @@ class Site:
         ]
 
     def known_sites(self) -> frozenset[str]:
-        """Return the other sites that have shown that they are there, even if they are lost now."""
+        """Return the other sites that have been present, even if they are lost now."""
         return frozenset(name for name, peer in self._peers.items() if peer.epoch)
 
     def sent_topics(self) -> list[tuple[OutgoingTopic, LocalTopic, Flow]]:
-        """Return the topics that are offered, each with its topic here and its flow."""
+        """Return the offered topics, each with its local topic and its flow."""
         return self._topic_sender.flows()
 
     def default_name(self, topic: SharedName) -> str:

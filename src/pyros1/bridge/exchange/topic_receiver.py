@@ -1,11 +1,11 @@
 """The topics that a site receives from others, and which of their messages are published here. No I/O.
 
-A topic that is offered, and that a rule takes, is advertised here as soon as its definition is known, so that programs
-see it. It is wanted from the other site only while somebody here subscribes to it.
+An offered topic that a rule takes is advertised here as soon as its definition is known, so that programs see it. It is
+requested from the other site only while somebody here subscribes to it.
 
-While its site is lost, it is not advertised, unless another site sends it, too: so subscribers lose their connections,
-by which they notice that no publisher is left. What was wanted then is *paused*: if somebody subscribes again soon
-after the site has returned, the stream goes on where it stopped.
+While its site is lost, a topic is not advertised, unless another site sends it, too: subscribers lose their
+connections, and so notice that no publisher is left. Requested topics are then *paused*: if somebody subscribes again
+soon after the site has returned, the stream continues where it stopped.
 """
 
 from __future__ import annotations
@@ -50,12 +50,12 @@ _PAUSE = 10.0
 """Seconds after the return of a site in which subscribers can come back: nodes need some time to connect again."""
 UPDATE_RATE = 20_000.0
 UPDATE_BURST = 60_000
-"""Topics that are updated per second, and at once, because other sites change their lists or define types. Each update
-is of the topics of all sites, and takes some 20 us for each; changes that come meanwhile are handled together."""
+"""Maximum rate (Hz) and burst of topic updates caused by other sites' lists and definitions. An update covers the topics
+of all sites, and takes about 20 us per topic; changes that arrive in between are handled together."""
 
 
 class TopicReceiver:
-    """The topics that a site takes.
+    """The topics that a site receives.
 
     Args:
         rules: the site's rules.
@@ -63,9 +63,9 @@ class TopicReceiver:
         peers: the other sites; shared with the caller, which updates it.
 
     Attributes:
-        streams: the stream of each topic that has been offered, with whether it was latched and reliable. They stay as
-            long as the run of their site, so that nothing is delivered again if an offer comes back.
-        buffered: how much their streams keep back, for each site.
+        streams: the stream of each topic that has been offered, with whether it was latched and reliable. They are
+            kept for the whole run of their site, so that nothing is delivered twice if an offer comes back.
+        buffered: for each site, how much its streams hold back until gaps are filled.
     """
 
     def __init__(self, rules: Rules, epoch: int, peers: Mapping[str, Peer]) -> None:
@@ -232,7 +232,7 @@ class TopicReceiver:
         return []
 
     def apply(self, now: float) -> list[Action]:
-        """Bring what is published, and what is wanted, in line with sites, offers, definitions and subscribers."""
+        """Update what is published and requested to match sites, offers, definitions and subscribers."""
         self._is_outdated = False
         candidates = self._candidates()
         outputs, self._unusable = choose(candidates)
@@ -345,7 +345,7 @@ class TopicReceiver:
         return self.apply(now)
 
     def end_pauses(self, now: float) -> bool:
-        """Return whether topics are wanted no longer, since nobody has subscribed to them again."""
+        """Return whether some topics are no longer requested, since nobody subscribed to them again."""
         ended = [incoming for incoming in self._incoming.values() if now >= incoming.paused_until]
         for incoming in ended:
             incoming.is_paused, incoming.paused_until = False, float("inf")

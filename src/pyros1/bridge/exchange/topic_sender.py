@@ -1,7 +1,7 @@
 """Sends the topics that the rules allow to the sites that request them. No I/O.
 
-A topic is subscribed to at its source only while a site wants it. Nothing that came over a bridge is sent on, whichever
-bridge it was: topics that only bridges publish are not offered, and messages of bridges are dropped.
+A topic is subscribed to at its source only while another site requests it. Nothing that came over any bridge is
+forwarded: topics that only bridges publish are not offered, and messages of bridges are dropped.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from pyros1.bridge.protocol.packets import (
 from pyros1.bridge.rules.rules import RuleMatch, Rules, is_command
 
 _MAX_DEFINITIONS = 100
-"""Maximum number of definitions in answer to one question."""
+"""Maximum number of definitions sent in response to one request."""
 
 
 class LocalTopic(NamedTuple):
@@ -39,8 +39,8 @@ class LocalTopic(NamedTuple):
         type, md5sum, definition: its message type.
         latched: whether a publisher latches its messages.
         publishers: the names of those nodes.
-        convertible: the type of its messages after each conversion that is possible.
-        conversion: the one whose result this is; None if the messages are as their publishers have sent them.
+        convertible: the possible conversions, each with the type of its messages afterwards.
+        conversion: the conversion that has been applied; None for the original messages.
     """
 
     name: str
@@ -53,7 +53,7 @@ class LocalTopic(NamedTuple):
     conversion: Conversion | None = None
 
     def converted(self, conversion: Conversion | None) -> LocalTopic:
-        """Return the topic as it is after a conversion, one that is possible; None leaves it as it is."""
+        """Return the topic after a possible conversion; None leaves it unchanged."""
         if conversion is None:
             return self
         name, md5sum, definition = dict(self.convertible)[conversion]

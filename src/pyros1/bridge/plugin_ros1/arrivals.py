@@ -29,7 +29,7 @@ class Arrivals:
         self._bytes = 0
 
     def put_beacon(self, key: str) -> None:
-        """Add a beacon, unless too many wait."""
+        """Add a beacon; it is dropped if the queue is full."""
         if len(self._beacons) < MAX_BEACONS:
             self._beacons.append(key)
         else:

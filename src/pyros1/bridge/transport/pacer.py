@@ -1,12 +1,12 @@
 """Flow control: limits the bytes in transit to other sites, so urgent packets do not wait behind bulky ones. No I/O.
 
-A slow network queues packets in places where priorities have no effect. So some bulky packets are followed by a
-*probe* of the same priority, which the sites that get it answer at once. Not more than a window of bytes is sent beyond
-the last probe that all have answered. The window grows as long as it is used and answers come nearly as fast as they
-ever did, and shrinks when they take longer, since then packets queue on the way. All times are in seconds.
+A slow network queues packets in places where priorities have no effect. So some bulky packets are followed by a *probe*
+of the same priority, which its receivers answer at once. At most a window of bytes is sent beyond the last probe that
+all receivers have answered. While at least half of it is used, the window grows if answers are nearly as fast as the
+fastest so far. It shrinks if they take longer, because packets are then queueing on the way. All times are in seconds.
 
-A probe costs each side as much as a message. So where nearly everything is confirmed at once, there are fewer: not one
-in a quarter of the window, but one in a short time, at least one in half the window.
+A probe costs each side as much as a message. So on fast networks, which confirm nearly everything at once, probes are
+sent at intervals of `_CALM_PERIOD`, but at least every half window, instead of every quarter of a window.
 """
 
 from __future__ import annotations
@@ -19,17 +19,17 @@ FIRST_WINDOW = 64 << 10
 SMALLEST_WINDOW = 8 << 10
 LARGEST_WINDOW = 16 << 20
 QUEUE_TIME = 0.08
-"""How much longer than at best, by more than a round trip, an answer may take before the window shrinks. A round trip
-more, since it takes that time to send a packet again that was lost: that is no queue."""
+"""Seconds by which an answer may exceed the fastest one plus a round trip before the window shrinks. The round trip is the
+time that it takes to resend a lost packet, which does not indicate a queue."""
 PATIENCE = 2.0
-"""Time after which an answer is not waited for any longer."""
+"""Seconds to wait for an answer."""
 SLOW_COUNT = 3
 SLOW_TIME = 20.0
-"""A site is slow if its answers alone made the window shrink this many times within this time."""
+"""A site is slow if its answers alone made the window shrink `SLOW_COUNT` times within `SLOW_TIME` seconds."""
 _CALM_PERIOD = 0.15
 """Seconds between probes where nearly everything is confirmed at once."""
 _FIRST_PERIOD = 1.0
-"""Seconds between probes that follow the first packet after a pause."""
+"""Minimum seconds between probes of a first packet after a pause."""
 _LOSS_ROUND_TRIPS = 3
 _LONGER_WAY_COUNT = 3
 _CAREFUL_GROWTH = 0.1
@@ -40,9 +40,9 @@ class _Probe:
     """A probe that some sites have not answered.
 
     Attributes:
-        awaited: the sites that have not answered; None until it is known who gets it.
+        awaited: the sites that have not answered; None until its receivers are known.
         in_time: the sites that have answered in time.
-        late: the sites that have not, each with the time that its answer took; infinite if it was given up.
+        late: the other sites, each with the time that its answer took; infinite if there was none.
     """
 
     def __init__(self, sent_at: float, total: int) -> None:
@@ -54,13 +54,13 @@ class _Probe:
 
 
 class Pacer:
-    """Decides when bulky packets may be sent to one site, or to several that get the same.
+    """Decides when bulky packets may be sent to one site, or to several that get the same packets.
 
     Args:
         numbers: the numbers of the next probes.
 
     Attributes:
-        window: the number of bytes that may be on their way.
+        window: maximum number of unconfirmed bytes.
     """
 
     def __init__(self, numbers: Iterator[int] | None = None) -> None:
@@ -70,15 +70,15 @@ class Pacer:
         self._sent = 0  # bytes so far
         self._arrived = 0
         self._probed = 0
-        self._calm_bytes = 0.0  # how much is sent in `_CALM_PERIOD`; 0 if it is not confirmed at once
+        self._calm_bytes = 0.0  # sent per `_CALM_PERIOD`; 0 unless it is confirmed at once
         self._best: dict[str, float] = {}  # site -> the shortest time of an answer
         self._round_trips: dict[str, float] = {}
-        self._growth = 1.0  # of what is confirmed; so the window doubles with each round trip until it is too large
+        self._growth = 1.0  # the fraction of the confirmed bytes by which the window grows; 1 doubles it per round trip
         self._probed_at = self._used_at = self._shrunk_at = self._confirmed_at = float("-inf")
-        self._late_alone: dict[str, deque[float]] = {}  # site -> when it alone has made the window shrink
+        self._late_alone: dict[str, deque[float]] = {}  # site -> when it alone made the window shrink
         self._slow: list[str] = []
         self._late_at_smallest = 0
-        self._late_at: float | None = None  # when an answer came late for the first time, after one in time
+        self._late_at: float | None = None  # when answers began to be late
 
     @property
     def is_idle(self) -> bool:
@@ -87,7 +87,7 @@ class Pacer:
 
     @property
     def unconfirmed_bytes(self) -> int:
-        """How many bytes may still be on their way."""
+        """Number of bytes that have not been confirmed."""
         return self._sent - self._arrived
 
     @property
@@ -96,7 +96,7 @@ class Pacer:
         return self._calm_bytes > 0
 
     def may_send(self, now: float) -> bool:
-        """Return whether a packet may be sent now; of any size, so that large ones are possible."""
+        """Return whether a packet of any size may be sent now: large ones may exceed the window."""
         if not self._probes:
             return True
         for number, probe in [*self._probes.items()]:
@@ -108,11 +108,11 @@ class Pacer:
         return self._sent - self._arrived < self.window or not self._probes
 
     def on_sent(self, size: int, now: float) -> int | None:
-        """Record that a packet is being sent; return the number of the probe to send after it, if there must be one."""
+        """Record that a packet is being sent; return the number of the probe to send after it, if one is due."""
         self._sent += size
         if self._sent - self._arrived >= self.window / 2:
             self._used_at = now
-        is_first = not self._probes and now - self._probed_at >= _FIRST_PERIOD  # it meets no queue of ours
+        is_first = not self._probes and now - self._probed_at >= _FIRST_PERIOD  # none of our packets can delay it
         enough = min(self.window / 2, max(self.window / 4, self._calm_bytes))
         if self._sent - self._probed < enough and not is_first:
             return None
@@ -126,7 +126,7 @@ class Pacer:
 
         Args:
             number: the probe's number.
-            sites: the sites, each with the shortest one of its last round trips, of small packets.
+            sites: the sites, each with the shortest of its last round trips (of small packets).
         """
         self._round_trips.update(sites)
         probe = self._probes.get(number)
@@ -151,7 +151,7 @@ class Pacer:
             self._complete(number, probe, now)
 
     def remove(self, site: str) -> None:
-        """Stop waiting for answers of a site: it gets other packets from now on."""
+        """Stop waiting for answers of a site, which gets separate packets from now on."""
         self._late_alone.pop(site, None)
         for number, probe in [*self._probes.items()]:
             if probe.awaited is not None and number in self._probes:
@@ -161,7 +161,7 @@ class Pacer:
         self._growth = 1.0  # the others may be much faster
 
     def pop_slow(self) -> list[str]:
-        """Return the sites that hold up others; each is returned once."""
+        """Return the sites that delay others; each is returned once."""
         slow, self._slow = self._slow, []
         return slow
 
@@ -169,15 +169,17 @@ class Pacer:
         """Adjust the window to the answers to a probe."""
         if not probe.late:
             self._late_at_smallest, self._late_at = 0, None
-            if self._used_at >= probe.sent_at:  # otherwise nobody knows whether a larger one is possible
+            if (
+                self._used_at >= probe.sent_at
+            ):  # otherwise it was hardly used, which says nothing about a larger one
                 self.window = min(LARGEST_WINDOW, self.window + (probe.total - self._arrived) * self._growth)
             is_calm = self._sent - probe.total < self.window / 4
             took = probe.sent_at - self._confirmed_at
             self._calm_bytes = (probe.total - self._arrived) / max(took, 1e-6) * _CALM_PERIOD if is_calm else 0.0
         elif self._late_at is None and self._may_be_loss(probe):
             self._calm_bytes = 0.0
-            self._late_at = now  # a queue stays
-        elif probe.sent_at >= (self._late_at or self._shrunk_at):  # what was sent before has met the same queue
+            self._late_at = now  # wait for the next probe: a queue persists, a loss does not
+        elif probe.sent_at >= (self._late_at or self._shrunk_at):  # earlier probes met the same queue
             self._growth, self._calm_bytes = _CAREFUL_GROWTH, 0.0
             self._raise_best_time(probe)
             self.window = max(SMALLEST_WINDOW, self.window / 2)
@@ -186,12 +188,12 @@ class Pacer:
         self._finish(number)
 
     def _time_limit(self, site: str) -> float:
-        """Return how long an answer may take."""
+        """Return the time within which an answer counts as in time."""
         round_trip = self._round_trips.get(site, 0.0)
         return max(self._best.get(site, 0.0), round_trip) + round_trip + QUEUE_TIME
 
     def _may_be_loss(self, probe: _Probe) -> bool:
-        """Return whether answers are perhaps late since packets were lost, even more than once, and sent again."""
+        """Return whether answers may be late because packets were lost and sent again, perhaps more than once."""
         return all(
             took < self._best.get(site, 0.0) + _LOSS_ROUND_TRIPS * self._round_trips.get(site, 0.0)
             for site, took in probe.late.items()
@@ -206,7 +208,7 @@ class Pacer:
 
     def _note_late(self, probe: _Probe, now: float) -> None:
         if not probe.in_time:
-            self._late_alone.clear()  # it is the network of all of them
+            self._late_alone.clear()  # the network of all sites is slow
         for site in probe.late if probe.in_time else ():
             times = self._late_alone.setdefault(site, deque(maxlen=SLOW_COUNT))
             times.append(now)
@@ -215,7 +217,7 @@ class Pacer:
                 times.clear()
 
     def _finish(self, number: int) -> None:
-        """Count everything up to a probe as arrived."""
+        """Mark everything up to a probe as arrived."""
         self._arrived = max(self._arrived, self._probes[number].total)
         self._confirmed_at = max(self._confirmed_at, self._probes[number].sent_at)
         for earlier in [each for each in self._probes if each <= number]:

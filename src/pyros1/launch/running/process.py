@@ -106,7 +106,7 @@ class Process:
             self.watchdog.expect(spec.words[-1])
         with self._outputs() as (out, err):
             self._popen = self._spawn(out, err)
-            if self.watchdog is not None:  # before `on_started`: whoever is notified may kill this launcher immediately
+            if self.watchdog is not None:  # before `on_started`: its callback may kill this launcher immediately
                 on_death_spec = spec.on_death_spec
                 on_death_command = (
                     None if on_death_spec is None else (on_death_spec.words, on_death_spec.env, on_death_spec.cwd)

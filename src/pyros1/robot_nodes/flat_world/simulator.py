@@ -32,7 +32,7 @@ _MAX_DELAY = 0.5
 """Seconds by which the simulation may be late before time is lost."""
 _REPORT_PERIOD = 30
 _MAX_RADIUS_IN_CELLS = 100
-"""Maximum radius of robots in cells, since all cells near a robot are looked at."""
+"""Maximum radius of robots in cells, since all cells near a robot are checked."""
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""The inputs of nodes for cameras: images, and the camera_info beside them."""
+"""The inputs of camera nodes: images with their camera_info."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ Ending = Callable[[], object]
 
 
 def subscribe_camera(node: Node, image: str, callback: Callable[[Any, Any], object], queue_size: int) -> list[Ending]:
-    """Subscribe to images and the camera_info beside them, and call a function with those of the same time.
+    """Subscribe to images and their camera_info, and call a function with each pair that has the same timestamp.
 
     Args:
         node: the node.

@@ -77,7 +77,7 @@ class Debayer:
 
 
 class Rectify:
-    """Publishes images without distortion, made of images and the ``camera_info`` beside them.
+    """Publishes rectified images, computed from images and their ``camera_info``.
 
     Args:
         node: the node.

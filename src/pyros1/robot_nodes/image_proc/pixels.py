@@ -25,7 +25,7 @@ class ImageError(Error):
 
 @dataclass(frozen=True)
 class Encoding:
-    """What an encoding means.
+    """The pixel format of an image.
 
     Attributes:
         name: the encoding, such as "bgr8" or "bayer_rggb16".
@@ -59,7 +59,7 @@ class Encoding:
 
 
 def parse_encoding(name: str) -> Encoding:
-    """Return what an encoding means.
+    """Return the pixel format that an encoding names.
 
     Raises:
         ImageError: it is unknown.

@@ -61,7 +61,7 @@ class Joystick:
         self._pressed, self._moved = set(), set()
 
     def close(self, now: float) -> None:
-        """The device has been unplugged: let go of everything."""
+        """The device has been unplugged: release all buttons and centre all axes."""
         if self._is_open:
             self.axes, self.buttons = [0.0] * len(self.axes), [0] * len(self.buttons)
             self._is_open = False

@@ -101,8 +101,8 @@ def apply_chain(filters: Sequence[ScanFilter], scan: Any, matrix_to: MatrixTo) -
     """Return a sensor_msgs/LaserScan that has passed through all filters.
 
     Raises:
-        FilterError: a filter cannot filter it.
-        TransformException: a filter needs a transform that there is not.
+        FilterError: a filter cannot process the scan.
+        TransformException: a transform that a filter needs is not available.
     """
     with np.errstate(all="ignore"):  # scans may have any numbers, and numpy's warnings help nobody
         for each in filters:

@@ -1,4 +1,4 @@
-"""Filters that compare rays with those beside them (no I/O)."""
+"""Filters that compare rays with their neighbours (no I/O)."""
 
 from __future__ import annotations
 
@@ -76,10 +76,10 @@ class SpeckleFilter:
 
     Attributes:
         max_range: in metres; farther points are kept.
-        max_difference: how far other points may be away, in metres.
-        window: how many points there must be.
-        by_radius: whether the distance between points counts, instead of the difference of the ranges of so many
-            consecutive rays.
+        max_difference: maximum distance to the other points, in metres.
+        window: minimum number of points nearby.
+        by_radius: compare the distance between points, instead of the difference in range of ``window`` consecutive
+            rays.
     """
 
     max_range: float = 2.0
@@ -195,7 +195,7 @@ class BlobFilter:
 
 
 def _offsets(reach: int, count: int) -> list[int]:
-    """Return the offsets of neighbours, except 0, that there can be among so many rays."""
+    """Return the offsets to the neighbours of a ray (without 0) that are possible in a scan of ``count`` rays."""
     reach = min(reach, max(count - 1, 0))
     return [offset for offset in range(-reach, reach + 1) if offset]
 

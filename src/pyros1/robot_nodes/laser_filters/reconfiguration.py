@@ -164,7 +164,7 @@ def _shown(value: Any, default: Any) -> Any:
 
 
 def _parsed(changes: Mapping[str, Any]) -> dict[str, Any]:
-    """Return changes as values of the chain.
+    """Return changes from dynamic_reconfigure as parameters of a filter in the chain.
 
     Raises:
         FilterError: a polygon is no list of corners, or too long.

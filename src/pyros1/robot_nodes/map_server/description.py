@@ -22,7 +22,7 @@ class Description(NamedTuple):
         negate: whether dark pixels are free, and bright ones occupied.
         occupied_thresh: occupancy above which a cell is occupied, from 0 to 1.
         free_thresh: occupancy below which a cell is free.
-        mode: what becomes of the others: unknown ("trinary"), a percentage ("scale"); "raw" takes pixels as cells.
+        mode: how the others are interpreted: unknown ("trinary"), a percentage ("scale"); "raw" takes pixels as cells.
     """
 
     image: str

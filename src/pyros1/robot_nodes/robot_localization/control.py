@@ -19,7 +19,7 @@ class Control:
         used: which of the directions are commanded: bools (6,).
         acceleration_limits, deceleration_limits: magnitudes in m/s² and rad/s² (6,).
         acceleration_gains, deceleration_gains: the acceleration per difference of velocities in 1/s (6,).
-        timeout: after so many seconds without a command, the robot is assumed to stop.
+        timeout: seconds without a command after which the robot is assumed to stop.
         command: the latest commanded velocity (6,).
         time: when it was received, in nanoseconds.
     """

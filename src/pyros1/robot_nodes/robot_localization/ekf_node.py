@@ -88,7 +88,7 @@ class EkfNode:
         node.timer(1.0 / settings.frequency, lambda event: self.update())
 
     def update(self) -> None:
-        """Use what was received, and publish the estimate."""
+        """Update the filter with the queued measurements, and publish the estimate."""
         with self._lock:
             now = self._node.now().to_nsec()
             if not self._enabled:

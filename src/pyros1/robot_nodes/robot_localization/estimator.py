@@ -42,8 +42,8 @@ class Estimator:
 
     Args:
         ekf: the filter.
-        history: for how many nanoseconds late measurements can be put in their place; 0 for no history.
-        sensor_timeout: without measurements for so many nanoseconds, the state is predicted.
+        history: nanoseconds by which measurements may be late and still be fused in order; 0 for no history.
+        sensor_timeout: nanoseconds without measurements after which the state is predicted.
         always_predict: whether it is predicted to the present even with measurements.
         control: the commands that the robot receives, or None.
 
@@ -84,7 +84,7 @@ class Estimator:
 
     def advance(self, now: int) -> None:
         """Use the measurements up to a time in nanoseconds, and predict if there have been none for too long."""
-        with np.errstate(all="ignore"):  # the estimate may become infinite, which whoever uses it has to check
+        with np.errstate(all="ignore"):  # the estimate may become infinite: callers check it
             self._advance(now)
 
     def _advance(self, now: int) -> None:
@@ -103,19 +103,19 @@ class Estimator:
         self._forget(self.time - self._history_length)
 
     def set_state(self, state: Array, covariance: Array, time: int) -> None:
-        """Set the estimate (15,) and its covariance (15, 15); what waits and what has been is forgotten."""
+        """Set the estimate (15,) and its covariance (15, 15), and clear the queue and the history."""
         self.clear()
         self.ekf.state, self.ekf.covariance = state.copy(), covariance.copy()
         self.time = time
 
     def skip_to(self, now: int) -> None:
-        """Forget what waits, and let the estimate be that of now, in nanoseconds."""
+        """Clear the queue, and set the time of the estimate to ``now`` (nanoseconds)."""
         self._queue.clear()
         if self.time is not None:
             self.time = now
 
     def clear(self) -> None:
-        """Forget the measurements that wait, and the history."""
+        """Clear the queue and the history."""
         self._queue.clear()
         self._history.clear()
 

@@ -15,7 +15,7 @@ from pyros1.tf.rotation import Transform
 MAX_FRAMES = 1000
 """Maximum number of pairs of frames that are remembered."""
 _GRACE = 2.0
-"""For so many seconds after listening has begun, frames that are missing are not reported."""
+"""Seconds after the start of listening during which missing frames are not reported."""
 
 
 class Frames:

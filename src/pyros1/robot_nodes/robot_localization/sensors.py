@@ -193,7 +193,7 @@ class TwistPart(Part):
             twist: linear and angular velocity (6,).
             covariance: its covariance (6, 6).
             frame: the sensor's frame on the robot.
-            angular: the robot's estimated angular velocity (3,), by which a sensor beside its centre moves.
+            angular: the robot's estimated angular velocity (3,), which moves a sensor that is off the centre.
         """
         if not frame.is_identity:
             twist, covariance = frame.blocks @ twist, frame.blocks @ covariance @ frame.blocks.T
@@ -223,7 +223,7 @@ class AccelerationPart(Part):
             acceleration: the acceleration (3,).
             covariance: its covariance (3, 3).
             frame: the IMU's frame on the robot.
-            angular: the robot's estimated angular velocity (3,), which accelerates an IMU beside its centre.
+            angular: the robot's estimated angular velocity (3,), which accelerates an IMU that is off the centre.
             to_world: the rotation (3, 3) from the IMU's frame to the world, to remove gravity; None to keep it.
             gravity: what an IMU at rest measures upwards, in m/s².
         """

@@ -237,7 +237,7 @@ def _read_matrix(parameters: PrivateParameters, name: str, default: Array) -> Ar
 
 
 def _as_numbers(value: Any, length: int) -> list[float] | None:
-    """Return a list of so many numbers, or None. YAML takes 1e-9, without a dot, for a string; it is a number here."""
+    """Return a list of ``length`` numbers, or None. YAML reads 1e-9 (no dot) as a string; here it is a number."""
     if not _is_list(value, length):
         return None
     try:

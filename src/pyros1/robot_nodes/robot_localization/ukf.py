@@ -109,6 +109,6 @@ def _square_root(covariance: Array) -> Array:
         try:
             values, vectors = np.linalg.eigh(covariance)
             root = vectors * np.sqrt(np.maximum(values, 0.0))
-        except np.linalg.LinAlgError:  # it is not finite, as the estimate then is, which whoever uses it has to check
+        except np.linalg.LinAlgError:  # it is not finite, and nor is the estimate then: callers check it
             root = np.full_like(covariance, np.nan)
     return root

@@ -1,7 +1,7 @@
 """UTM: metres on a map from latitude and longitude, and back. Pure.
 
 Krüger's series of the fourth order on the WGS 84 ellipsoid, as in C. F. F. Karney, "Transverse Mercator with an
-accuracy of a few nanometers" (2011); the error is far below a millimetre in a zone and those beside it.
+accuracy of a few nanometers" (2011); the error is far below a millimetre in a zone and its neighbours.
 """
 
 from __future__ import annotations

@@ -50,7 +50,7 @@ def is_running(uri: str) -> bool:
 
 
 def start(node: Node, environ: Mapping[str, str]) -> RosoutAggregator:
-    """Collect log messages: publish them on /rosout_agg, and write them to ``rosout.log`` beside the node's log."""
+    """Collect log messages: publish them on /rosout_agg, and write them to ``rosout.log``, in the folder of its log."""
     folder = os.path.dirname(default_log_file(node.name, environ, node.arguments.special))
     return RosoutAggregator(node, os.path.join(folder, "rosout.log"))
 

@@ -94,7 +94,7 @@ class Board:
             self._endpoints.on_disconnected()
 
     def set_problem(self, problem: str) -> None:
-        """Take note of why there is no connection, for the diagnostics; an empty string if there is one."""
+        """Set the reason for the missing connection, for the diagnostics; empty while connected."""
         if problem != self._problem:
             self._problem = problem
             self._changed()
@@ -126,7 +126,7 @@ class Board:
             return False
         return True
 
-    # What the session says to do --------------------------------------------------------------------------------------
+    # The session's actions --------------------------------------------------------------------------------------------
 
     def _carry_out(self, actions: list[to_do.Action]) -> None:
         log = self._node.log
@@ -162,7 +162,7 @@ class Board:
         response = parameter_response(name, self._node.params.get(name))
         self.send(TopicInfo.ID_PARAMETER_REQUEST, type(response)._encode(response))
 
-    # What waits for ROS -----------------------------------------------------------------------------------------------
+    # Calls into ROS ---------------------------------------------------------------------------------------------------
 
     def _submit(self, job: Callable[[], None]) -> None:
         try:

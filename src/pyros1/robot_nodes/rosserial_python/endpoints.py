@@ -166,7 +166,7 @@ class _Part:
         """Take a message from the board."""
 
     def on_disconnected(self) -> None:
-        """Let go of what waits for the board."""
+        """Drop everything that waits for the board."""
 
     def close(self) -> None:
         """Remove it from ROS."""

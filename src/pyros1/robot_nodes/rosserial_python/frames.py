@@ -79,7 +79,7 @@ class FrameReader:
         return self._take_frames()
 
     def clear(self) -> None:
-        """Forget what was received: the next byte is the first one of a new connection."""
+        """Discard the buffer: the next byte is the first of a new connection."""
         self._remove(len(self._buffer))
 
     def _take_frames(self) -> list[Frame]:

@@ -55,7 +55,7 @@ class NodeClock:
             return self._follow() > 0
 
     def _follow(self) -> float:
-        """Take note of simulated time; return for how much real time it has been standing still, beyond patience."""
+        """Update from simulated time; return the real seconds, beyond `PATIENCE`, for which it has stood still."""
         now, real = self._node.now().to_sec(), monotonic()
         patience = PATIENCE if self._last_time else 0.0
         extra = max(0.0, real - self._ticked_at - patience)

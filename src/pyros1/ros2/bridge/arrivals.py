@@ -44,7 +44,7 @@ class Arrivals:
         return not self._tokens and not self._messages
 
     def put_token(self, key: str, is_there: bool) -> None:
-        """Add a token, unless there are too many, or it is too long to be one."""
+        """Add a token, unless the queue is full or the key is too long to be valid."""
         if not is_there:
             if key in self._told:
                 self._tokens[key] = False

@@ -30,7 +30,7 @@ class OutgoingMessages:
 
     Args:
         node: the bridge's node; it must run callbacks inline.
-        graph: is told which types publishers send.
+        graph: receives the types that publishers send.
         sender: sends the packets.
         counts: counts the messages.
         warn: logs a text with an error.
@@ -89,7 +89,7 @@ class OutgoingMessages:
             self._sender.put(packet)
 
     def adjust(self, problems: dict[str, str]) -> None:
-        """Subscribe to exactly the wanted topics; add failures to `problems`."""
+        """Subscribe to exactly the topics in `topics`; add failures to `problems`."""
         for topic in self._subscribers.keys() - self.topics.keys():
             self._subscribers.pop(topic).unregister()
         for topic in self.topics.keys() - self._subscribers.keys():

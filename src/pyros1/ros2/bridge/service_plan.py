@@ -53,7 +53,7 @@ class ProvidedService(NamedTuple):
 
 @dataclass
 class ServicePlan:
-    """What a bridge does about services.
+    """The services that a bridge offers, and those that it provides.
 
     Attributes:
         offers: those of ROS 1, by their keys in ROS 2.

@@ -372,7 +372,7 @@ def _adjust(
     destroy: Callable[[Any], object],
     refused: dict[str, str],
 ) -> None:
-    """Declare what is missing, and destroy what is not wanted; add what cannot be declared to `refused`."""
+    """Declare what is missing, and destroy what is no longer needed; add what cannot be declared to `refused`."""
     for each in declared.keys() - {*wanted.items()}:
         destroy(declared.pop(each))
     for key, how in wanted.items():

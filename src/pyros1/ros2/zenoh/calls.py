@@ -22,7 +22,7 @@ _MAX_ERROR = 1000
 
 
 class IncomingCall:
-    """A call that a client in ROS 2 has made. Whoever gets it must end it, by one of its methods.
+    """A call that a client in ROS 2 has made. The receiver must end it by one of its methods.
 
     Args:
         key: the key of the service.

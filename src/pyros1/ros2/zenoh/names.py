@@ -50,7 +50,7 @@ def is_full_name(name: str) -> bool:
 
 
 def is_hash(text: str) -> bool:
-    """Return whether this can be a type's hash, or what Humble has in its place."""
+    """Return whether this can be a type's hash, or the placeholder that Humble uses instead."""
     return _HASH.fullmatch(text) is not None
 
 

@@ -62,7 +62,7 @@ class _Endpoint:
         return encode_attachment(Attachment(next(self._numbers), time.time_ns(), self._gid))
 
     def undeclare(self) -> None:
-        """End it."""
+        """Remove it from the network."""
         self._token.undeclare()
         if self.declared is not None:
             self.declared.undeclare()
@@ -199,7 +199,7 @@ class Ros2Session(ZenohSession):
         declare: Callable[[_Name, _How], _Endpoint],
         refused: dict[str, str],
     ) -> None:
-        """Declare what is missing, and undeclare what is not wanted; add what zenoh refuses to `refused`."""
+        """Declare what is missing, and undeclare what is no longer needed; add what zenoh refuses to `refused`."""
         for each in declared.keys() - {*wanted.items()}:
             with self._collect_refusals(each, refused):
                 declared.pop(each).undeclare()

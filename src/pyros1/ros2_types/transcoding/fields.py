@@ -33,7 +33,7 @@ def ros1_fields(name: str | None, specs: Mapping[str, ros1.MessageSpec], paths: 
     Args:
         name: its name, ``package/Type``; None if there is none.
         specs: the types.
-        paths: the dotted paths of fields that are wanted. Messages are replaced by their fields if one is in them.
+        paths: the dotted paths of the requested fields. Messages are replaced by their fields if one is in them.
 
     Returns:
         Path -> field.

@@ -114,7 +114,7 @@ class Runs:
             self._atoms.append(atom)
 
     def add_part(self, expression: str, size: str | None) -> None:
-        """Emit a part of the result after the run, which is flushed.
+        """Flush the run, and then emit a part of the result.
 
         Args:
             expression: the part.

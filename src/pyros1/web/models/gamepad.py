@@ -25,7 +25,7 @@ class GamepadState(NamedTuple):
 
 
 def read_state(value: Any) -> GamepadState | None:
-    """Return the state that a page has sent; None if the page has let go of the gamepad.
+    """Return the state that a page has sent; None if the page has released the gamepad.
 
     Args:
         value: null, or an object with lists of numbers, ``axes`` and ``buttons``.

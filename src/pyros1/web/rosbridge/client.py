@@ -65,7 +65,7 @@ class Client:
         send_now: sends frames without waiting, from any thread; returns False if it cannot send them now. None if all
             frames must be taken by `take`.
         on_fault: called, from any thread, with an unexpected error.
-        on_refusal: called, from any thread, with the text of each error that the client is told.
+        on_refusal: called, from any thread, with the text of each error sent to the client.
 
     Attributes:
         pending_subscriptions: the subscriptions in progress.

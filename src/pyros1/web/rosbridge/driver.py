@@ -54,7 +54,7 @@ class Bridge:
     Args:
         robot: the robot, with the access rules for clients.
         call_threads: run the clients' service calls, which may take a long time.
-        on_refusal: called, from any thread, with the text of each error that a client is told.
+        on_refusal: called, from any thread, with the text of each error sent to a client.
     """
 
     def __init__(

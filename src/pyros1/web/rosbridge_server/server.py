@@ -1,6 +1,6 @@
 """Serves rosbridge clients on a port, without the page of `pyros1 web`.
 
-As with the original, whoever can reach the port may connect, from pages of any site; PYROS1_ALLOW limits it to some
+As with the original, anyone who can reach the port may connect, from pages of any site; PYROS1_ALLOW limits it to some
 machines.
 """
 
@@ -100,7 +100,7 @@ class BridgeServer:
             await asyncio.to_thread(self._robot.close)  # ends whatever clients are waiting for
 
     def _report(self, text: str) -> None:
-        """Log what a client is told, which many clients do not show."""
+        """Log an error that was sent to a client, since many clients do not show it."""
         self._node.log.error("a client's request failed: %s", one_line(text, 300), throttle=_REPORT_PERIOD)
 
     @contextlib.asynccontextmanager

@@ -24,10 +24,10 @@ _MAX_FRAME_LENGTH = 200
 class GamepadView(View):
     """Publishes what a page reads from a gamepad as sensor_msgs/Joy, like joy_node (https://wiki.ros.org/joy).
 
-    A new state is published at once; the last one is repeated until the page lets go, is silent for
-    `pyros1.web.models.gamepad.SILENCE`, or closes the view, also by losing its connection. Then a message in
-    which all is 0 is published once. Only one view may publish on a topic at a time: two pages would take turns at
-    moving the robot.
+    A new state is published at once; the last one is repeated until the page releases the gamepad, is silent for
+    `pyros1.web.models.gamepad.SILENCE`, or closes the view, also by losing its connection. Then one message
+    with all axes and buttons at 0 is published. Only one view may publish on a topic at a time: with two, the robot
+    would follow both pages in turn.
 
     Args (sent by the page):
         topic, frame_id: the topic's name, and the frame of the messages; read when the view is opened.

@@ -1,6 +1,6 @@
 """Listens for the clients of web_video_server, with a thread for each connection.
 
-As with the original, whoever can reach the port sees the images; PYROS1_ALLOW limits it to some machines.
+As with the original, anyone who can reach the port sees the images; PYROS1_ALLOW limits it to some machines.
 """
 
 from __future__ import annotations

@@ -65,7 +65,7 @@ def import_av(stream_type: str) -> Any:
 
 
 class Video:
-    """A video of images as they come. All have the size of the first one; others are scaled to it.
+    """A video made of images as they arrive. All have the size of the first one; others are scaled to it.
 
     Args:
         stream_type: one of `VIDEO_TYPES`.

@@ -1,8 +1,8 @@
-"""The services of this site that others may call, and their calls: each is carried out at most once. No I/O.
+"""The services of this site that others may call, and their calls: each call runs at most once. No I/O.
 
-A call is new if its number is higher than the last one of its slot. One that comes again gets its reply again. A reply
-is repeated until the other site has seen it, or waits no longer. Slots are remembered as long as the run of the other
-site, even while that one is away.
+A call is new if its number is higher than the last one of its slot; a repeated call gets the same reply again. A reply
+is sent repeatedly until the other site acknowledges it or the call expires. Slots are remembered for the whole run of
+the other site, even while it is lost.
 """
 
 from __future__ import annotations
@@ -32,11 +32,11 @@ MAX_RUNNING = 64
 MAX_RUNNING_BYTES = 128 << 20
 """Maximum total size of their requests."""
 MAX_REPLY_BYTES = 32 << 20
-"""Maximum total size of the replies that wait for one site to see them."""
+"""Maximum total size of the replies that one site has not acknowledged."""
 MAX_SITES = 1_000
 """Maximum number of sites whose slots are remembered."""
 _ANSWER_PERIOD = 0.5
-"""Minimum seconds between two times that a reply is sent because the call has come again."""
+"""Minimum seconds between replies to repetitions of a call."""
 _PARAMETERS_TYPE = ("pyros1_bridge/Parameters", "0" * 32, "pyros1_bridge/Words", "pyros1_bridge/Value")
 
 
@@ -58,7 +58,7 @@ class LocalService(NamedTuple):
 
 
 class ServedService(NamedTuple):
-    """A service that other sites may call, its name here; its rule; and its counters."""
+    """A service that other sites may call, with its name on this site's master, its rule and its counters."""
 
     offered: OfferedService
     local: str
@@ -97,7 +97,7 @@ class ServedServices:
         peers: the other sites; shared with the caller, which updates it.
 
     Attributes:
-        callers: what is known of the calls of each other site.
+        callers: the calls of each other site.
     """
 
     def __init__(self, rules: Rules, epoch: int, peers: Mapping[str, Peer]) -> None:
@@ -112,7 +112,7 @@ class ServedServices:
     # Current state ----------------------------------------------------------------------------------------------------
 
     def set_services(self, services: Iterable[LocalService]) -> None:
-        """Record the services of this site's master, those of bridges excepted."""
+        """Record the services of this site's master, except those of bridges."""
         old, self._served = self._served, {}
         if self._rules.services.params:
             shared = SharedName(self._rules.site, PARAMETERS)
@@ -152,7 +152,7 @@ class ServedServices:
             return self._on_repetition(caller, head, slot, now) if head.number == slot.number else []
         age = self._peers[peer].clock.age(head.sent_at, now)
         if age is None or age > min(head.left, max_transit_time(len(body))):
-            return []  # whoever called waits no longer, or calls again
+            return []  # the caller has given up, or will repeat the call
         slot = caller.slots[head.slot] = _Slot(head.number, name, now + head.left - age)
         service = self._served.get(name)
         if service is not None and self._is_for(service, peer):
@@ -166,7 +166,7 @@ class ServedServices:
         if service.rule is not None and service.rule.timeout is not None:
             timeout = min(timeout, service.rule.timeout)
         actions: list[Action] = [CallService(call, service.local, body, timeout)]
-        if len(body) > SMALL:  # a small one may come again; mostly, the reply comes earlier
+        if len(body) > SMALL:  # small ones may be repeated: the reply usually arrives before
             actions += self._send(Kind.CALL_SEEN, caller, call.slot, slot, now)
         return actions
 
@@ -189,12 +189,12 @@ class ServedServices:
         return self._reply(caller, head.slot, slot, slot.reply, now)
 
     def _problem(self, peer: str, service: ServedService | None, body: bytes) -> str:
-        """Return why a new call cannot be carried out; empty if it can be."""
+        """Return why a new call cannot run; empty if it can."""
         if service is None or not self._is_for(service, peer):
             return f"site {self._rules.site} does not serve it, or no longer"
         if len(body) > MAX_CALL_SIZE:
             return f"the request is larger than {MAX_CALL_SIZE >> 20} MB"
-        # A site may use as much as it leaves to others, so that there is always something left for one more.
+        # A site may use at most half of what is free, so that there is always room for one more site.
         sizes = [size for call, size in self._running.items() if call.peer == peer]
         if len(sizes) >= min(MAX_SLOTS, MAX_RUNNING - len(self._running)):
             return f"too many calls at once at site {self._rules.site}"
@@ -224,7 +224,7 @@ class ServedServices:
         return self._send(Kind.REPLY, caller, number, slot, now)
 
     def _send(self, kind: Kind, caller: Caller, number: int, slot: _Slot, now: float) -> list[Action]:
-        """Return the action that sends a packet to the run of the site that has called, if it is still there."""
+        """Return the action that sends a packet to the calling run of a site, if it is still present."""
         peer = self._peers.get(caller.peer)
         if peer is None or not peer.is_present or peer.epoch != caller.epoch:
             return []
@@ -233,7 +233,7 @@ class ServedServices:
         return [send(caller.peer, slot.service, head, body, slot.expires)]
 
     def on_reply_seen(self, peer: str, head: CallHead) -> None:
-        """Record that another site has seen a reply, which is kept no longer."""
+        """Discard a reply that another site has acknowledged."""
         slot = self._caller(peer).slots.get(head.slot)
         if slot is not None and slot.number == head.number and slot.reply is not None:
             slot.reply, slot.is_seen = None, True
@@ -246,7 +246,7 @@ class ServedServices:
                 if slot.reply is None:
                     continue
                 if now >= slot.expires:
-                    slot.reply, slot.is_seen = None, True  # nobody waits for it any longer
+                    slot.reply, slot.is_seen = None, True  # the caller has given up
                 elif now - slot.sent_at >= repeat_period(len(slot.reply[1]), slot.repeats):
                     slot.repeats += 1
                     actions += self._reply(caller, number, slot, slot.reply, now)

@@ -136,7 +136,7 @@ def read_keys(folder: str) -> SiteKeys:
 def make_security(
     keys: SiteKeys, connect: Sequence[str], listen: Sequence[str], access: Collection[SiteAccess], own_site: str = ""
 ) -> Mapping[str, str]:
-    """Return the settings of zenoh for keys and access, and warn of what they leave open.
+    """Return zenoh's settings for keys and access control, and warn about what they leave unprotected.
 
     Args:
         keys: the keys.
