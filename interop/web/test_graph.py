@@ -1,4 +1,4 @@
-"""The graph: what runs, what flows, what is broken, and a large system."""
+"""The graph: nodes, message rates, broken connections, and a large system."""
 
 from __future__ import annotations
 

@@ -32,7 +32,7 @@ const NOTHING = { mode: "all", hide: [], depth: 0, toggled: [] };
 const names = (model, kind) => model.boxes.filter((box) => box.kind === kind).map(({ name }) => name).sort();
 const edge = (model, from, to) => model.edges.find((each) => each.from === from && each.to === to);
 
-test("all: every topic with its ends", () => {
+test("all: every topic with its publishers and subscribers", () => {
   const model = build(SYSTEM, NOTHING);
   assert.deepEqual(names(model, "topic"), ["/alone", "/chat", "/heard", "/rosout", "/tf", "/two"]);
   assert.equal(names(model, "node").length, 5);
@@ -51,7 +51,7 @@ test("nodes only: an edge for all topics between two nodes", () => {
   assert.deepEqual(flowOf(edge(model, "n:/talker", "n:/listener")).hz, 60);
 });
 
-test("what can be hidden", () => {
+test("nodes and topics that can be hidden", () => {
   const shown = (hide) => names(build(SYSTEM, { ...NOTHING, hide }), "topic");
   assert.deepEqual(shown(["debug"]), ["/alone", "/chat", "/heard", "/tf", "/two"]);
   assert.deepEqual(shown(["tf"]), ["/alone", "/chat", "/heard", "/rosout", "/two"]);
@@ -61,7 +61,7 @@ test("what can be hidden", () => {
   assert.deepEqual(names(build(SYSTEM, { ...NOTHING, hide: ["debug"] }), "node"), ["/listener", "/other", "/talker"]);
 });
 
-test("how many topics are hidden that nobody subscribes to", () => {
+test("the number of hidden topics without subscribers", () => {
   const unheard = (mode, hide) => build(SYSTEM, { ...NOTHING, mode, hide }).unheard;
   assert.equal(unheard("active", ["debug", "tf", "leaf", "dead"]), 3); // /heard is for a tool that is hidden
   assert.equal(unheard("active", []), 2);
@@ -71,25 +71,25 @@ test("how many topics are hidden that nobody subscribes to", () => {
   assert.equal(unheard("nodes", ["dead"]), 0);
 });
 
-test("the nodes of tools are known by their names, those of people are not", () => {
+test("tool nodes are recognised by name, user nodes are not", () => {
   for (const name of ["/rosout", "/rqt_gui_py_node_12", "/rosbag_12_1700000000000", "/pyros1_web_3_1700000000000"]) assert.ok(isDebugNode(name), name);
   for (const name of ["/talker", "/talker_12_1700000000000", "/robot/rosout_filter", "/rosie_1", "/play_12_1700000000000"]) assert.ok(!isDebugNode(name), name);
 });
 
-test("a connection that is missing makes its edges broken, and says which", () => {
+test("a missing connection marks its edges as broken, and names the nodes", () => {
   const model = build(SYSTEM, { ...NOTHING, mode: "active", hide: ["debug"] });
   assert.equal(stateOf(edge(model, "t:/chat", "n:/other")), "broken");
   assert.equal(stateOf(edge(model, "t:/chat", "n:/listener")), "ok");
   assert.deepEqual(edge(model, "t:/chat", "n:/other").links.map(({ publisher }) => publisher), ["/talker"]);
 });
 
-test("of a node that does not answer nobody knows the connections", () => {
+test("the connections of a node that does not answer are unknown", () => {
   const model = build({ ...SYSTEM, silent: ["/other"], missing: [] }, { ...NOTHING, mode: "active" });
   assert.equal(stateOf(edge(model, "t:/chat", "n:/other")), "unknown");
   assert.ok(model.boxes.find(({ id }) => id === "n:/other").silent);
 });
 
-test("a publisher's edge carries each message once, whatever the number of subscribers", () => {
+test("a publisher's edge counts each message once, whatever the number of subscribers", () => {
   const edges = [["/chat", "/talker", "/listener", 10], ["/chat", "/talker", "/other", 8]];
   const model = build({ ...SYSTEM, edges, missing: [] }, { ...NOTHING, mode: "active" });
   assert.deepEqual(flowOf(edge(model, "n:/talker", "t:/chat")), { hz: 10, bytes: 200 });
@@ -105,7 +105,7 @@ const ROBOTS = {
   edges: [["/a/inner", "/a/one", "/a/two", 1], ["/b/inner", "/b/one", "/b/two", 1], ["/shared", "/a/one", "/b/one", 1]],
 };
 
-test("groups are namespaces, names in them are short, and lone ones stay outside", () => {
+test("groups are namespaces, names inside are short, and single nodes stay outside", () => {
   const model = build(ROBOTS, { ...NOTHING, depth: 1 });
   assert.deepEqual(model.groups.map(({ name, parent }) => [name, parent]), [["/a", ""], ["/b", ""]]);
   assert.equal(model.boxes.find(({ id }) => id === "n:/a/one").label, "one");
@@ -126,26 +126,26 @@ function large(count) {
   return { nodes, silent: [], services: {}, missing: [], topics: {}, edges: [] };
 }
 
-test("many boxes begin folded, a few do not, and a toggled group is open", () => {
+test("large graphs start folded, small ones do not, and toggling opens a group", () => {
   const choice = { ...NOTHING, depth: -1 };
   assert.equal(build(large(100), choice).boxes.length, 100);
   assert.equal(build(large(200), choice).boxes.length, 10);
   assert.equal(build(large(200), { ...choice, toggled: ["/r3"] }).boxes.length, 29);
 });
 
-test("too many boxes are cut, with their number", () => {
+test("boxes beyond the limit are left out and counted", () => {
   const model = build(large(MAX_BOXES + 7), NOTHING);
   assert.deepEqual([model.boxes.length, model.cut], [MAX_BOXES, 7]);
 });
 
-test("names from the robot need not be names: nothing breaks", () => {
+test("invalid names from the robot break nothing", () => {
   const wild = 'x"</svg>\\\n__proto__';
   const model = build({ ...SYSTEM, nodes: { [wild]: "", "/__proto__": "" }, silent: [wild], topics: { [wild]: topic([wild], [wild]) }, edges: [[wild, wild, wild, 1]], missing: [] }, { ...NOTHING, depth: 2 });
   assert.equal(model.edges.length, 2);
   assert.ok(dot(model).includes('x\\"</svg>\\\\'));
 });
 
-test("search finds parts of names, and types as a whole", () => {
+test("search matches parts of names, and whole types", () => {
   const model = build(SYSTEM, NOTHING);
   assert.deepEqual([...matching(model, "TALK")], ["n:/talker"]);
   assert.equal(matching(model, "std_msgs/String").size, 6);
@@ -168,7 +168,7 @@ test("dot has the form of `pyros1 graph --dot`", () => {
   assert.ok(grouped.includes('  subgraph "cluster /a" {\n    label="/a";\n    "/a/one";\n    "/a/two";\n    "t:/a/inner" [label="/a/inner", shape=box];\n  }\n'));
 });
 
-test("a tool that publishes to a node is no debug node, and is shown without what it hears", () => {
+test("a tool that publishes to a node is not a debug node, and is shown without its subscriptions", () => {
   const tool = "/rostopic_78_1700000000000";
   const system = {
     ...SYSTEM, nodes: { ...SYSTEM.nodes, [tool]: "http://a:6/" },
@@ -181,7 +181,7 @@ test("a tool that publishes to a node is no debug node, and is shown without wha
   assert.deepEqual(edges.filter(({ from, to }) => [from, to].includes(`n:${tool}`)).map(({ to }) => to), ["t:/goal"]);
 });
 
-test("names in the dot language have no control characters, as those of pyros1 graph --dot", () => {
+test("names in DOT files have no control characters, like those of pyros1 graph --dot", () => {
   const nodes = { "/a\n\x1b[31m": "", '/b"\u202e\\': "", "/é\x7f": "" };
   const model = build({ nodes, silent: [], topics: {}, services: {}, edges: [], missing: [] }, { mode: "nodes", hide: [], depth: 0, toggled: [] });
   assert.deepEqual(dot(model).split("\n").slice(2, -2), ['  "/a\\\\n\\\\x1b[31m";', '  "/b\\"\\\\u202e\\\\";', '  "/é\\\\x7f";']);
@@ -204,7 +204,7 @@ const BRIDGED = {
   }],
 };
 
-test("sites: boxes beside their bridge, with what flows", () => {
+test("sites: boxes next to their bridge, with their topics and rates", () => {
   const model = build(BRIDGED, { ...NOTHING, hide: ["tf", "dead"] });
   assert.deepEqual(model.boxes.filter(({ kind }) => kind === "site").map(({ id, silent, text }) => [id, silent, text]),
     [["s:blue", true, "site lost"], ["s:green", true, "does not answer"], ["s:red", false, "site · 20 ms"]]);
@@ -232,7 +232,7 @@ test("sites: with their bridge, in all modes, and in the dot language", () => {
   assert.deepEqual([...matching(build(BRIDGED, NOTHING), "green")], ["s:green"]);
 });
 
-test("sites: one that two bridges know is lost only if both have lost it", () => {
+test("sites: one that is connected to two bridges is lost only if both have lost it", () => {
   const other = { ...BRIDGED.bridges[0], node: "/talker", sites: [{ name: "blue", state: "present", round_trip: null, nodes: [] }], flows: [] };
   for (const bridges of [[BRIDGED.bridges[0], other], [other, BRIDGED.bridges[0]]]) {
     const model = build({ ...BRIDGED, bridges }, NOTHING);
@@ -240,7 +240,7 @@ test("sites: one that two bridges know is lost only if both have lost it", () =>
   }
 });
 
-test("sites: what the sheet says", () => {
+test("sites: the text of the details sheet", () => {
   const red = siteFacts(BRIDGED, "red");
   assert.deepEqual([red.gone, red.nodes, red.states[0].lost, red.sent.length, red.received.length], [false, ["/red/driver"], false, 1, 3]);
   assert.deepEqual(siteFacts(BRIDGED, "blue").states.map(({ lost, text }) => [lost, text]), [[true, "lost"]]);

@@ -8,8 +8,8 @@ The states, and the transitions between them:
   answer is not an echo of an earlier run. From now on its lists and messages are accepted, if they carry this epoch.
 - *lost*: no new answer came within the delay set by this site's rules. Its state is kept, since it may come back.
 
-A lost site that answers again is present. A restarted site is heard under a new epoch, and becomes present under it with
-its first answer; everything known of its earlier run is then discarded. A lost site is forgotten after `FORGET_DELAY`,
+A lost site that answers again is present. A restarted site is heard under a new epoch, and becomes present under it
+with its first answer; everything known of its earlier run is then discarded. A lost site is forgotten after `FORGET_DELAY`,
 a site that was only heard after `HEARD_DELAY`, and one that says goodbye at once.
 """
 

@@ -19,8 +19,8 @@ FIRST_WINDOW = 64 << 10
 SMALLEST_WINDOW = 8 << 10
 LARGEST_WINDOW = 16 << 20
 QUEUE_TIME = 0.08
-"""Seconds by which an answer may exceed the fastest one plus a round trip before the window shrinks. The round trip is the
-time that it takes to resend a lost packet, which does not indicate a queue."""
+"""Seconds by which an answer may exceed the fastest one plus a round trip before the window shrinks. The round trip is
+the time that it takes to resend a lost packet, which does not indicate a queue."""
 PATIENCE = 2.0
 """Seconds to wait for an answer."""
 SLOW_COUNT = 3
