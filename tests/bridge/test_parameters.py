@@ -10,12 +10,12 @@ import pytest
 
 from pyros1.bridge.parameters import (
     ParameterError,
-    Question,
-    answer,
-    decode_answer,
-    decode_question,
-    encode_plain_answer,
-    encode_question,
+    ParameterRequest,
+    decode_parameter_request,
+    decode_parameter_response,
+    encode_json_response,
+    encode_parameter_request,
+    respond,
 )
 from pyros1.bridge.rules.parsing import parse_config
 from pyros1.ground.errors import ProtocolError, ServiceRefusal
@@ -30,7 +30,9 @@ def ask(make_node: Callable[..., Node]) -> Callable[..., Any]:
     master.set_param("/robot_description", "<robot>\n")
     master.set_param("/camera", {"fps": 30, "gain": 1.0, "password": "x", "sub": {"on": True, "data": b"\0\xff"}})
     master.set_param("/secret", {"a": 1})
-    return lambda name="": decode_answer(answer(RULES, master, encode_question(Question("red", name))))
+    return lambda name="": decode_parameter_response(
+        respond(RULES, master, encode_parameter_request(ParameterRequest("red", name)))
+    )
 
 
 def test_values(ask: Callable[..., Any]) -> None:
@@ -54,34 +56,39 @@ def test_others_look_like_missing_ones(ask: Callable[..., Any], name: str) -> No
     "body",
     [b"", b"[]", b'["red"]', b'["red", 5]', b'{"red": "/a"}', b'["red", "a"]', b'["red", "/a\\nb"]', b"[" * 5000],
 )
-def test_questions_that_are_refused(body: bytes, make_node: Callable[..., Node]) -> None:
+def test_requests_that_are_refused(body: bytes, make_node: Callable[..., Node]) -> None:
     with pytest.raises(ParameterError):
-        decode_question(body)
+        decode_parameter_request(body)
     with pytest.raises(ServiceRefusal):
-        answer(RULES, make_node("user").master, body)
+        respond(RULES, make_node("user").master, body)
 
 
 @pytest.mark.parametrize("name", ["/a b", "/camera/a.b", "/camera//fps"])
 def test_names_that_only_ros2_allows(name: str, make_node: Callable[..., Node]) -> None:
-    body = encode_question(Question("red", name))
-    assert decode_question(body).name == name
+    body = encode_parameter_request(ParameterRequest("red", name))
+    assert decode_parameter_request(body).name == name
     with pytest.raises(ServiceRefusal, match="is not the full name of a parameter"):
-        answer(RULES, make_node("user").master, body)
+        respond(RULES, make_node("user").master, body)
 
 
 def test_plain_answers() -> None:
     for value in (1 << 60, "a\x01", {"gains.p": 1.0, "x": [True]}, [], "[]"):
-        assert decode_answer(encode_plain_answer(value)) == value
+        assert decode_parameter_response(encode_json_response(value)) == value
 
 
 def test_answers_that_are_refused() -> None:
     for body in (b"", b"<a/>", b"\xff", b"[", b"[1, 2]", b"[]", b"[" * 100_000, b"[\xff]"):
         with pytest.raises(ProtocolError):
-            decode_answer(body)
+            decode_parameter_response(body)
 
 
 def test_times_of_parameters(make_node: Callable[..., Node]) -> None:
     master = make_node("user").master
     when = datetime.datetime(2020, 1, 2, 3, 4, 5)
     master.set_param("/camera/when", when)
-    assert decode_answer(answer(RULES, master, encode_question(Question("red", "/camera/when")))) is not None
+    assert (
+        decode_parameter_response(
+            respond(RULES, master, encode_parameter_request(ParameterRequest("red", "/camera/when")))
+        )
+        is not None
+    )

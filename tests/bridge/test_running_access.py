@@ -8,7 +8,12 @@ from pathlib import Path
 
 import pytest
 
-from pyros1.bridge.parameters import PARAMETER_SERVICE, Question, decode_answer, encode_question
+from pyros1.bridge.parameters import (
+    PARAMETER_SERVICE,
+    ParameterRequest,
+    decode_parameter_response,
+    encode_parameter_request,
+)
 from pyros1.bridge.rules.parsing import parse_config
 from pyros1.bridge.service_ends import PARAMETERS_CLASS
 from pyros1.ground.errors import ServiceError
@@ -62,7 +67,9 @@ def ask(site: RunningSite, other: str) -> object:
     """Return a parameter of another site, or the error."""
     client = site.node.service(f"/bridge_{site.name}/{PARAMETER_SERVICE}", PARAMETERS_CLASS)
     try:
-        return decode_answer(client(AnyMsg(encode_question(Question(other, "/shared"))))._buff)
+        return decode_parameter_response(
+            client(AnyMsg(encode_parameter_request(ParameterRequest(other, "/shared"))))._buff
+        )
     except ServiceError as error:
         return str(error)
 

@@ -13,7 +13,12 @@ from typing import Any
 
 import pytest
 
-from pyros1.bridge.parameters import PARAMETER_SERVICE, Question, decode_answer, encode_question
+from pyros1.bridge.parameters import (
+    PARAMETER_SERVICE,
+    ParameterRequest,
+    decode_parameter_response,
+    encode_parameter_request,
+)
 from pyros1.bridge.service_ends import PARAMETERS_CLASS
 from pyros1.graph import Graph, probe_service
 from pyros1.ground.errors import ServiceError, ServiceRefusal
@@ -219,7 +224,7 @@ def test_parameters(pair: Pair) -> None:
     client = base.node.service(f"/bridge_base/{PARAMETER_SERVICE}", PARAMETERS_CLASS)
 
     def ask(name: str) -> Any:
-        return decode_answer(client(AnyMsg(encode_question(Question("red", name))))._buff)
+        return decode_parameter_response(client(AnyMsg(encode_parameter_request(ParameterRequest("red", name))))._buff)
 
     def is_there() -> bool:
         try:

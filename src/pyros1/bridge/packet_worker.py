@@ -30,7 +30,7 @@ class PacketWorker:
         on_error: called with exceptions that these raise, which are bugs in pyros1.
 
     Attributes:
-        inbox: the packets that wait.
+        inbox: the waiting packets.
     """
 
     def __init__(

@@ -1,7 +1,7 @@
-"""Parameters of this site's master that other sites may read: questions, and answers to them.
+"""Parameters of this site's master that other sites may read: the requests and responses of the service.
 
-A question is JSON; an answer is a value in XML-RPC's encoding, as masters send it, so that its type stays exact.
-Answers of ROS 2 are JSON, since its parameters can be integers and strings that XML-RPC does not have.
+A request is JSON; a response is a value in XML-RPC's encoding, as masters send it, which keeps its exact type.
+Responses of ROS 2 are JSON, since its parameters can be integers and strings that XML-RPC does not have.
 """
 
 from __future__ import annotations
@@ -21,15 +21,15 @@ PARAMETER_SERVICE = "bridge_parameters"
 """Name of the service, below a bridge's name, by which programs here read parameters of other sites."""
 ROS2_SITE = "ros2"
 """The name for ROS 2 in place of a site's name, at a bridge to it."""
-_MAX_QUESTION = 2_000
+_MAX_REQUEST = 2_000
 
 
 class ParameterError(Error, ValueError):
-    """A question or an answer is not valid."""
+    """A request or a response is not valid."""
 
 
-class Question(NamedTuple):
-    """A question for the parameters of a site.
+class ParameterRequest(NamedTuple):
+    """A request to read parameters of a site.
 
     Attributes:
         site: the site.
@@ -40,50 +40,50 @@ class Question(NamedTuple):
     name: str = ""
 
 
-def encode_question(question: Question) -> bytes:
-    """Return a question as bytes."""
-    return json.dumps([*question]).encode()
+def encode_parameter_request(request: ParameterRequest) -> bytes:
+    """Return a request as bytes."""
+    return json.dumps([*request]).encode()
 
 
-def decode_question(body: bytes) -> Question:
-    """Return a query. `check_name` checks whether ROS 1 allows its name, since ROS 2 allows more.
+def decode_parameter_request(body: bytes) -> ParameterRequest:
+    """Return the request. `check_name` checks whether ROS 1 allows its name, since ROS 2 allows more.
 
     Raises:
         ParameterError: it is not valid.
     """
     try:
-        value = json.loads(body) if len(body) <= _MAX_QUESTION else None
+        value = json.loads(body) if len(body) <= _MAX_REQUEST else None
     except (ValueError, RecursionError):
         value = None
     if not (isinstance(value, list) and len(value) == 2 and all(isinstance(each, str) for each in value)):
-        raise ParameterError("not a question for parameters")
+        raise ParameterError("not a request for parameters")
     site, name = value
     if name and not (name[0] == "/" and len(name) <= MAX_NAME_LENGTH and name.isprintable()):
         raise _name_error(name)
-    return Question(site, name if name == "/" else name.rstrip("/"))
+    return ParameterRequest(site, name if name == "/" else name.rstrip("/"))
 
 
-def check_name(question: Question) -> None:
-    """Check that ROS 1 allows the name in a question.
+def check_name(request: ParameterRequest) -> None:
+    """Check that ROS 1 allows the name in a request.
 
     Raises:
         ParameterError: it does not.
     """
-    if question.name not in ("", "/") and not is_legal_name(question.name):
-        raise _name_error(question.name)
+    if request.name not in ("", "/") and not is_legal_name(request.name):
+        raise _name_error(request.name)
 
 
 def _name_error(name: str) -> ParameterError:
     return ParameterError(f"{name!r:.80} is not the full name of a parameter")
 
 
-def encode_plain_answer(value: Any) -> bytes:
-    """Return an answer that is not in XML-RPC's encoding."""
+def encode_json_response(value: Any) -> bytes:
+    """Return a response as JSON instead of XML-RPC."""
     return json.dumps([value]).encode()
 
 
-def decode_answer(body: bytes) -> Any:
-    """Return the value in an answer.
+def decode_parameter_response(body: bytes) -> Any:
+    """Return the value in a response.
 
     Raises:
         ProtocolError: it is not valid.
@@ -93,35 +93,35 @@ def decode_answer(body: bytes) -> Any:
     try:
         (value,) = json.loads(body)
     except (ValueError, RecursionError):
-        raise ProtocolError("the answer of the bridge is not valid") from None
+        raise ProtocolError("the bridge's response is not valid") from None
     return value
 
 
-def answer(rules: Rules, master: MasterClient, body: bytes) -> bytes:
-    """Return the answer to the question of another site. This waits for the master.
+def respond(rules: Rules, master: MasterClient, body: bytes) -> bytes:
+    """Return the response to a request of another site. This waits for the master.
 
     Args:
         rules: this site's rules.
         master: this site's master.
-        body: the question.
+        body: the request.
 
     Raises:
-        ServiceRefusal: it may not be answered, or there is no such parameter.
+        ServiceRefusal: reading it is not allowed, or there is no such parameter.
         Error: the master does not respond.
     """
     try:
-        question = decode_question(body)
-        check_name(question)
+        request = decode_parameter_request(body)
+        check_name(request)
     except ParameterError as error:
         raise ServiceRefusal(str(error)) from None
-    if not question.name:
+    if not request.name:
         return dumps_response([name for name in sorted(master.get_param_names()) if may_read(rules, name)])
-    refusal = f"site {rules.site} has no parameter {question.name} that others may read"
+    refusal = f"site {rules.site} has no parameter {request.name} that others may read"
     try:
-        value = master.get_param(question.name)
+        value = master.get_param(request.name)
     except ParameterNotSetError:
         raise ServiceRefusal(refusal) from None
-    readable = _readable(rules, question.name.rstrip("/"), value)
+    readable = _readable(rules, request.name.rstrip("/"), value)
     if readable is None:
         raise ServiceRefusal(refusal)
     return dumps_response(readable)

@@ -19,7 +19,7 @@ from pyros1.bridge.exchange.services.served import MAX_RUNNING, LocalService
 from pyros1.bridge.exchange.site import Site
 from pyros1.bridge.local_graph import find_bridges
 from pyros1.bridge.local_services import LocalServices
-from pyros1.bridge.parameters import PARAMETER_SERVICE, ParameterError, answer, decode_question
+from pyros1.bridge.parameters import PARAMETER_SERVICE, ParameterError, decode_parameter_request, respond
 from pyros1.bridge.protocol.calls import Status
 from pyros1.bridge.rules.rules import Rules
 from pyros1.bridge.rules.services import PARAMETERS, match_served
@@ -63,7 +63,7 @@ def raw_service(type_name: str, md5sum: str, request: str, response: str) -> typ
 PARAMETERS_CLASS = raw_service(
     "pyros1_bridge/Parameters", "0" * 32, "pyros1_bridge/ParametersRequest", "pyros1_bridge/ParametersResponse"
 )
-"""The class of the service `PARAMETER_SERVICE`, whose requests are questions and whose responses are answers."""
+"""The class of the service `PARAMETER_SERVICE`, see `pyros1.bridge.parameters`."""
 
 
 class _WaitingCall:
@@ -193,7 +193,7 @@ class ServiceEnds:
     def _on_question(self, request: AnyMsg) -> AnyMsg:
         body = bytes(request._buff)
         try:
-            site = decode_question(body).site
+            site = decode_parameter_request(body).site
         except ParameterError as error:
             raise ServiceRefusal(str(error)) from None
         return self._wait(
@@ -220,7 +220,7 @@ class ServiceEnds:
         status, body = Status.OK, b""
         try:
             if action.local == PARAMETERS:
-                body = answer(self._rules, self._node.master, action.body)
+                body = respond(self._rules, self._node.master, action.body)
             elif service is None:
                 raise ServiceError(f"service [{action.local}] no longer exists")
             else:

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from pyros1.bridge.rules.explanation import explain
-from pyros1.bridge.rules.parsing import SiteConfig, parse_config, rules_from_words
+from pyros1.bridge.rules.parsing import SiteConfig, parse_config, rules_from_arguments
 
 
 def test_a_robot() -> None:
-    rules = rules_from_words("red", ["/odom", "/scan@5", "!/secret"], ["/cmd_vel"])
+    rules = rules_from_arguments("red", ["/odom", "/scan@5", "!/secret"], ["/cmd_vel"])
     assert [*explain(SiteConfig(rules, ("tcp/base:7447",)))] == [
         "site red: talks to all sites",
         "  connects to tcp/base:7447",
@@ -74,7 +74,7 @@ take:
 
 
 def test_nothing() -> None:
-    lines = [*explain(SiteConfig(rules_from_words("red", [], [])))]
+    lines = [*explain(SiteConfig(rules_from_arguments("red", [], [])))]
     assert lines[1:] == ["sends nothing", "takes nothing"]
 
 

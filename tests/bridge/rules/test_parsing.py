@@ -4,7 +4,14 @@ from __future__ import annotations
 
 import pytest
 
-from pyros1.bridge.rules.parsing import RulesError, SiteConfig, add_words, parse_config, parse_topic, rules_from_words
+from pyros1.bridge.rules.parsing import (
+    RulesError,
+    SiteConfig,
+    add_arguments,
+    parse_config,
+    parse_topic,
+    rules_from_arguments,
+)
 from pyros1.bridge.rules.rules import Priority
 from pyros1.ground.errors import Error
 
@@ -60,7 +67,7 @@ def test_a_file() -> None:
     assert (camera.age, camera.sites) == (0.5, ("base",))
     assert [pattern.text for pattern in rules.deny_send + rules.deny_take] == ["/camera/debug", "base:/noise"]
     assert rules.take[0].here == "/map" and rules.take[0].age == 9.0
-    assert parse_config("", "f", "red") == SiteConfig(rules_from_words("red", [], []))
+    assert parse_config("", "f", "red") == SiteConfig(rules_from_arguments("red", [], []))
     assert parse_config(FILE, "red.yaml", "green").rules.site == "green"
 
 
@@ -86,7 +93,7 @@ send:
 
 
 def test_a_command_line_adds_to_a_file() -> None:
-    config = add_words(parse_config(FILE, "red.yaml"), ["/odom@1", "!/secret"], ["/cmd_vel"])
+    config = add_arguments(parse_config(FILE, "red.yaml"), ["/odom@1", "!/secret"], ["/cmd_vel"])
     assert [rule.pattern.text for rule in config.rules.send][:2] == ["/odom", "/odom"]
     assert config.rules.send[0].rate == 1.0 and config.rules.deny_send[0].text == "/secret"
     assert config.rules.take[0].pattern.text == "/cmd_vel" and config.connect == ("tcp/base:7447",)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from pyros1.bridge.names import Pattern, SharedName, parse_shared_name
-from pyros1.bridge.rules.parsing import parse_config, rules_from_words
+from pyros1.bridge.rules.parsing import parse_config, rules_from_arguments
 from pyros1.bridge.rules.rules import DEFAULT_MAX_SIZE, NEWEST_AGE, RELIABLE_AGE, Priority, Rule, RuleMatch, Rules
 
 
@@ -20,7 +20,7 @@ def received(rules: Rules, name: str, sender: str) -> str:
 
 
 def test_own_topics_are_sent_to_all() -> None:
-    rules = rules_from_words("red", ["/odom", "/camera/**"], [])
+    rules = rules_from_arguments("red", ["/odom", "/camera/**"], [])
     assert sent(rules, "/odom") == ["red:/odom"] and sent(rules, "/camera/a") == ["red:/camera/a"]
     assert sent(rules, "/other") == []
     outgoing = rules.outgoing("/odom", [])[0]
@@ -28,31 +28,31 @@ def test_own_topics_are_sent_to_all() -> None:
 
 
 def test_topics_of_another_site_go_only_there() -> None:
-    rules = rules_from_words("base", ["red:/cmd_vel"], [])
+    rules = rules_from_arguments("base", ["red:/cmd_vel"], [])
     assert sent(rules, "/red/cmd_vel") == ["red:/cmd_vel"] and sent(rules, "/cmd_vel") == []
     assert rules.receivers(rules.outgoing("/red/cmd_vel", [])[0], ["red", "blue"]) == ["red"]
 
 
 def test_a_topic_of_each_other_site() -> None:
-    rules = rules_from_words("base", ["*:/cmd_vel"], [])
+    rules = rules_from_arguments("base", ["*:/cmd_vel"], [])
     assert sent(rules, "/red/cmd_vel", "red", "blue") == ["red:/cmd_vel"]
     assert sent(rules, "/red/cmd_vel") == []
 
 
 def test_denied_topics() -> None:
-    rules = rules_from_words("red", ["/**", "!/secret/**"], ["*:**", "!base:/noise"])
+    rules = rules_from_arguments("red", ["/**", "!/secret/**"], ["*:**", "!base:/noise"])
     assert sent(rules, "/a") == ["red:/a"] and sent(rules, "/secret/a") == []
     assert received(rules, "base:/noise", "base") == "denied by a rule"
     assert received(rules, "base:/map", "base") == "/base/map"
 
 
 def test_what_is_taken() -> None:
-    rules = rules_from_words("red", [], ["/cmd_vel", "base:/map"])
+    rules = rules_from_arguments("red", [], ["/cmd_vel", "base:/map"])
     assert received(rules, "red:/cmd_vel", "base") == "/cmd_vel"
     assert received(rules, "base:/map", "base") == "/base/map"
     assert received(rules, "base:/cmd_vel", "base") == "no rule takes it"
     assert received(rules, "blue:/map", "base") == "base offers a topic of another site"
-    assert received(rules_from_words("red", [], ["*:**"]), "red:/cmd_vel", "base") == "no rule takes it"
+    assert received(rules_from_arguments("red", [], ["*:**"]), "red:/cmd_vel", "base") == "no rule takes it"
 
 
 def test_prefixes_and_names() -> None:
@@ -85,7 +85,7 @@ def test_rules_for_some_sites() -> None:
 
 
 def test_two_rules_for_a_topic_give_the_settings_of_the_first() -> None:
-    rules = rules_from_words("red", ["/scan@5", "/**@20"], [])
+    rules = rules_from_arguments("red", ["/scan@5", "/**@20"], [])
     assert [outgoing.rule.rate for outgoing in rules.outgoing("/scan", [])] == [5.0]
 
 
@@ -113,6 +113,6 @@ def test_settings_of_a_rule_win() -> None:
 
 
 def test_names_that_would_be_too_long() -> None:
-    rules = rules_from_words("red", ["/**"], [])
+    rules = rules_from_arguments("red", ["/**"], [])
     assert sent(rules, "/" + "a" * 300) == []
     assert RuleMatch(SharedName("red", "/a"), rules.send[0]).rule.pattern.text == "/**"

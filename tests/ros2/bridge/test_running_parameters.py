@@ -17,7 +17,12 @@ import pytest
 
 pytest.importorskip("zenoh")
 
-from pyros1.bridge.parameters import PARAMETER_SERVICE, Question, decode_answer, encode_question
+from pyros1.bridge.parameters import (
+    PARAMETER_SERVICE,
+    ParameterRequest,
+    decode_parameter_response,
+    encode_parameter_request,
+)
 from pyros1.bridge.service_ends import PARAMETERS_CLASS
 from pyros1.ground.errors import ServiceError
 from pyros1.msgs import AnyMsg
@@ -279,7 +284,9 @@ def test_another_version_of_rcl_interfaces(bridge: RunningBridge, make_ros2: Cal
 def ask(bridge: RunningBridge, name: str = "", site: str = "ros2") -> Any:
     """Ask as the command does."""
     with bridge.node.service(f"/bridge_ros2/{PARAMETER_SERVICE}", PARAMETERS_CLASS) as client:
-        return decode_answer(client.call(AnyMsg(encode_question(Question(site, name))), PATIENCE)._buff)
+        return decode_parameter_response(
+            client.call(AnyMsg(encode_parameter_request(ParameterRequest(site, name))), PATIENCE)._buff
+        )
 
 
 def test_reading_parameters(bridge: RunningBridge, make_ros2: Callable[..., FakeNode]) -> None:

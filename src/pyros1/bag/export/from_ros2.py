@@ -20,7 +20,7 @@ from pyros1.bag.export.rosbags_types import (
     copy_types,
     empty_store,
     make_converter,
-    make_ruled_converter,
+    make_special_converter,
     parse_types,
     used_types,
 )
@@ -148,9 +148,9 @@ class _Ros1Types:
         ros1_name = MOVED_TO_ROS1.get(name, f"{package}/{short_name}")
         if ros1_name in MOVED_MESSAGES:
             cls = load_message(ros1_name)
-            ruled = make_ruled_converter(ros1_name, cls._full_text, name, to_ros2=False)
-            if ruled is not None:
-                return _Ros1Type(ros1_name, cls._md5sum, cls._full_text, ruled)
+            special = make_special_converter(ros1_name, cls._full_text, name, to_ros2=False)
+            if special is not None:
+                return _Ros1Type(ros1_name, cls._md5sum, cls._full_text, special)
         installed = self._register_installed(name)
         copy_types(self._target, self._source, name)
         convert = make_converter(self._source, self._target, name, name, to_ros2=False)

@@ -21,7 +21,7 @@ from pyros1.bag.export.rosbags_types import (
     copy_types,
     empty_store,
     make_converter,
-    make_ruled_converter,
+    make_special_converter,
     parse_types,
     ros2_name,
 )
@@ -140,9 +140,9 @@ class Ros2Writer:
 
     def _make_converter(self, connection: Connection) -> Converter:
         name = self.names.legal_type(ros2_name(connection.type))
-        ruled = make_ruled_converter(connection.type, connection.definition, name, to_ros2=True)
-        if ruled is not None:
-            return ruled
+        special = make_special_converter(connection.type, connection.definition, name, to_ros2=True)
+        if special is not None:
+            return special
         source = empty_store()
         source.register(self.names.legal_types(parse_types(connection.type, connection.definition)))
         copy_types(self._typestore, source, name)

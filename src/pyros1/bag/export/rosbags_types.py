@@ -113,7 +113,7 @@ def make_converter(source: Typestore, target: Typestore, name: str, target_name:
     return to_ros1
 
 
-def make_ruled_converter(ros1_name: str, definition: str, name: str, *, to_ros2: bool) -> Converter | None:
+def make_special_converter(ros1_name: str, definition: str, name: str, *, to_ros2: bool) -> Converter | None:
     """Return the function that converts messages of two standard types with other names or values of fields in ROS 2,
     such as log messages; None if there is no rule for these types.
 

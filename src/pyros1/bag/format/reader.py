@@ -352,7 +352,7 @@ class BagReader:
             is_unfinished = not chunk.is_complete and not header.stored_size
             stored = file.read(header.data_offset, file.limit if is_unfinished else header.trusted_size(file.limit))
             if chunk.loose_size:
-                return stored, self._read_loose(stored)
+                return stored, self._read_partial(stored)
             if chunk.is_complete and len(stored) < header.stored_size:
                 is_cut_off = header.data_offset + header.stored_size > file.size
                 raise RecordError(
@@ -388,7 +388,7 @@ class BagReader:
         if next_index < len(self._positions) and header.data_offset + header.stored_size > self._positions[next_index]:
             raise RecordError(f"the chunk overlaps the one at byte {self._positions[next_index]}")
 
-    def _read_loose(self, stored: bytes) -> Messages:
+    def _read_partial(self, stored: bytes) -> Messages:
         if self._old_connections is not None:
             return read_old_messages(stored, self._old_connections)[0]
         return read_content(stored, partial=True)[0]

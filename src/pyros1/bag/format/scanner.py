@@ -138,7 +138,7 @@ class Scanner:
             if op == OP_CHUNK:
                 return self._read_chunk(position, file.chunk_header(position))
             if op in (OP_MESSAGE, OP_DEFINITION) or (op == OP_CONNECTION and not self._is_in_end_section(position)):
-                return self._read_loose(position)
+                return self._read_outside_chunks(position)
             if op == OP_CONNECTION:
                 connection, next_position = file.connection(position)
                 self._add_connection(connection)
@@ -250,7 +250,7 @@ class Scanner:
                     return end
         return self._find_next_record(chunk_pos + 1)
 
-    def _read_loose(self, position: int) -> tuple[ScannedChunk | None, int]:
+    def _read_outside_chunks(self, position: int) -> tuple[ScannedChunk | None, int]:
         """Read messages outside of chunks: those of an unfinished chunk, or of a bag of version 1.2.
 
         Returns:

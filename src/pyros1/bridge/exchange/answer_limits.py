@@ -21,7 +21,7 @@ class AnswerLimits:
         self._again: dict[str, TokenBucket] = {}  # bytes, for each site
 
     def may_answer(self, peer: str, topic: SharedName | None, now: float) -> bool:
-        """Return whether to answer a site's question about a topic, or for definitions (None); if so, record it."""
+        """Return whether to answer a site's request about a topic, or for definitions (None); if so, record it."""
         if now - self._answered_at.get((peer, topic), float("-inf")) < _PERIOD:
             return False
         if len(self._answered_at) >= _MAX_ENTRIES:

@@ -21,7 +21,7 @@ class SiteLimits:
     """The rate limits of one site.
 
     Attributes:
-        lists: its lists that wait.
+        lists: its waiting lists.
         probes: which of its probes are answered.
         definitions: which of its definitions are read.
     """

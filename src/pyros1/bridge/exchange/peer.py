@@ -9,8 +9,8 @@ The states, and the transitions between them:
 - *lost*: no new answer came within the delay set by this site's rules. Its state is kept, since it may come back.
 
 A lost site that answers again is present. A restarted site is heard under a new epoch, and becomes present under it
-with its first answer; everything known of its earlier run is then discarded. A lost site is forgotten after `FORGET_DELAY`,
-a site that was only heard after `HEARD_DELAY`, and one that says goodbye at once.
+with its first answer; the state of its earlier run is then discarded. A lost site is forgotten after `FORGET_DELAY`, a
+site that was only heard after `HEARD_DELAY`, and one that says goodbye at once.
 """
 
 from __future__ import annotations

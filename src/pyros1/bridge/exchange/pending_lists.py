@@ -34,5 +34,5 @@ class PendingLists:
         return [(kind, self._pending.pop(kind)) for kind in kinds]
 
     def clear(self) -> None:
-        """Forget the lists that wait, since the site is gone or has started again."""
+        """Forget the waiting lists, since the site is gone or has started again."""
         self._pending.clear()

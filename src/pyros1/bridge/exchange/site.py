@@ -10,10 +10,10 @@ What a site does about another one, by its state (`peer.State`):
 event                 what follows
 ====================  ================================================================================================
 heard                 a heartbeat is sent, since only an answer to it proves that the other site is running now
-started (present)     what was known of an earlier run is dropped; both send their offers, then their requests
+started (present)     the state of an earlier run is dropped; both send their offers, then their requests
 heartbeat                  lists that the other site lacks are sent again; messages that were missed are asked for
 lost                  its topics are withdrawn here, so that subscribers notice, and calls of its services fail; nothing
-                      is sent to it on purpose; what is known of it, and what it wanted, stays
+                      is sent to it on purpose; its state and its requests are kept
 returned (present)    the same run goes on: its topics are published again, what was missed and is not too old is asked
                       for, newest messages flow
 forgotten, goodbye    its topics are withdrawn here; its requests, and sources that nobody else wants, are dropped
@@ -122,7 +122,7 @@ class Site:
     # This site's master -----------------------------------------------------------------------------------------------
 
     def set_topics(self, topics: Iterable[LocalTopic], asked_at: float, now: float) -> list[Action]:
-        """Record which topics nodes of this site's master published when it was asked, those of bridges excepted."""
+        """Record which topics the nodes of this site's master, except bridges, published when it was queried."""
         known = [*topics]
         actions = self._topic_sender.set_topics(known, asked_at, now)
         if self.topic_receiver.set_local_topics([topic.name for topic in known if topic.publishers]):

@@ -23,8 +23,8 @@ from pyros1.bridge.protocol.packets import MAX_NUMBERS, Flag, LatchedList, Messa
 
 _FIRST_RETRY = 0.5
 _LAST_RETRY = 8.0
-"""Seconds between questions for the same missed messages, at first and at most: on a slow network the answers to
-earlier questions may still be on their way."""
+"""Initial and maximum seconds between requests for the same missed messages: on a slow network the responses to earlier
+requests may still be in transit."""
 _BUFFER_MESSAGES = 2_000
 _BUFFER_BYTES = 8 << 20
 """Maximum total size in bytes of the messages that are kept back while earlier ones are missed."""

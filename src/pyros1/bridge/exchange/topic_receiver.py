@@ -50,8 +50,8 @@ _PAUSE = 10.0
 """Seconds after the return of a site in which subscribers can come back: nodes need some time to connect again."""
 UPDATE_RATE = 20_000.0
 UPDATE_BURST = 60_000
-"""Maximum rate (Hz) and burst of topic updates caused by other sites' lists and definitions. An update covers the topics
-of all sites, and takes about 20 us per topic; changes that arrive in between are handled together."""
+"""Maximum rate (Hz) and burst of topic updates caused by other sites' lists and definitions. An update covers all
+topics of all sites, and takes about 20 us for each; changes that arrive in between are handled together."""
 
 
 class TopicReceiver:
@@ -90,10 +90,10 @@ class TopicReceiver:
     # Current state ----------------------------------------------------------------------------------------------------
 
     def set_local_topics(self, topics: Collection[str]) -> bool:
-        """Record which topics nodes of this site's master publish, those of bridges excepted.
+        """Record which topics nodes of this site's master publish; those of bridges do not count.
 
         Returns:
-            Whether `set_offers` has to be called again, since it may refuse others now.
+            Whether `set_offers` must be called again, since it may now refuse other topics.
         """
         return self._namespaces.update(topics)
 
@@ -300,7 +300,7 @@ class TopicReceiver:
         return problems
 
     def _ask(self, now: float) -> list[Action]:
-        """Return questions for the definitions that are missing."""
+        """Return requests for the missing definitions."""
         if not self._lacks_definitions:
             return []
         missing: dict[str, list[str]] = {}

@@ -9,12 +9,12 @@ from collections import deque
 
 MAX_BEACONS = 20_000
 MAX_BYTES = 64 << 20
-"""Maximum total size in bytes of the messages that wait; at least one may."""
+"""Maximum total size in bytes of the waiting messages; a single larger one is accepted."""
 MAX_MESSAGES = 10_000
 
 
 class Arrivals:
-    """Beacons and messages that wait.
+    """Waiting beacons and messages.
 
     Attributes:
         dropped: how many were dropped because too many waited.

@@ -94,7 +94,7 @@ class HeardBeacons:
         self._is_used = is_used
         self._used: dict[Resource, float] = {}  # -> when the last beacon came
         self._others: dict[Resource, float] = {}
-        self._known: dict[str, Resource] = {}  # by key, so that a beacon that comes again costs little
+        self._known: dict[str, Resource] = {}  # by key, so that repeated beacons cost little
 
     def on_beacon(self, key: str, now: float) -> bool:
         """Handle a beacon, and return whether it announces something that is used and was not announced before."""

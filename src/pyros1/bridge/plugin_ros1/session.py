@@ -157,7 +157,7 @@ class PluginSession(ZenohSession):
     # Messages ---------------------------------------------------------------------------------------------------------
 
     def send(self, packet: Send) -> None:
-        """Send a message, or a beacon. While the network takes nothing, this waits a short time; then it is lost."""
+        """Send a message or a beacon. If the network is congested, this waits a short time, and then drops it."""
         if packet.key.startswith(BEACON_ROOT):
             if self.session is not None:
                 self.session.put(

@@ -273,7 +273,7 @@ def encode_pages(version: int, entries: Sequence[tuple[Any, ...]]) -> Iterator[b
 
 
 def encode_ask(md5sums: Iterable[str]) -> bytes:
-    """Return the body of a question for definitions."""
+    """Return the body of a request for definitions."""
     return dump([*md5sums])
 
 
@@ -283,7 +283,7 @@ def encode_definition(definition: Definition) -> bytes:
 
 
 def encode_resend_request(missed: ResendRequest) -> bytes:
-    """Return the body of a question for messages."""
+    """Return the body of a request to resend messages."""
     return dump([str(missed.topic), missed.first, missed.last])
 
 
@@ -364,7 +364,7 @@ def decode_definition(body: bytes) -> Definition:
 
 
 def decode_resend_request(body: bytes) -> ResendRequest:
-    """Return a question for messages."""
+    """Return a request to resend messages."""
     name, first, last = load(body, 3)
     return ResendRequest(read_topic(name), read_integer(first), read_integer(last))
 

@@ -24,7 +24,7 @@ class LocalNamespaces:
         self._below: dict[str, list[str]] = {}  # namespace -> topics
 
     def update(self, topics: Collection[str]) -> bool:
-        """Record which topics nodes of this master publish, those of bridges excepted; return whether that is new."""
+        """Record which topics the nodes of this master, except bridges, publish; return whether that is new."""
         new = frozenset(topics)
         if new == self._topics:
             return False

@@ -74,8 +74,8 @@ def parse_topic(text: str) -> tuple[bool, Rule]:
     return allows, Rule(pattern, rate=_check_number(rate, f"{text!r:.80}: the rate after @", _MAX_RATE))
 
 
-def rules_from_words(site: str, send: Iterable[str], take: Iterable[str]) -> Rules:
-    """Return the rules that words of a command line stand for.
+def rules_from_arguments(site: str, send: Iterable[str], take: Iterable[str]) -> Rules:
+    """Return the rules given by command-line arguments.
 
     Args:
         site: the site's name.
@@ -92,13 +92,13 @@ def rules_from_words(site: str, send: Iterable[str], take: Iterable[str]) -> Rul
     return Rules(site, sent, received, not_sent, not_taken)
 
 
-def add_words(config: SiteConfig, send: Iterable[str], take: Iterable[str]) -> SiteConfig:
+def add_arguments(config: SiteConfig, send: Iterable[str], take: Iterable[str]) -> SiteConfig:
     """Return a site's configuration with rules of a command line in addition. These come first, so they win.
 
     Raises:
         RulesError: a word is not valid.
     """
-    more, rules = rules_from_words(config.rules.site, send, take), config.rules
+    more, rules = rules_from_arguments(config.rules.site, send, take), config.rules
     combined = replace(
         rules,
         send=more.send + rules.send,

@@ -17,7 +17,7 @@ class SiteAccess:
         send, take: the topics that the site may send, and take from others; None for all. In these patterns, names
             without a site are those of this site.
         serve, call: the services of this site that others may call through it, and those of others that it may call;
-            None for all. Questions for a site's parameters are calls of `pyros1.bridge.rules.services.PARAMETERS`.
+            None for all. Requests for a site's parameters are calls of `pyros1.bridge.rules.services.PARAMETERS`.
         deny_send, deny_take, deny_serve, deny_call: what it may not, although the patterns above allow it.
         forwards: other sites whose packets come through this one, since they connect to it and not here.
 
@@ -102,7 +102,7 @@ def may_call(access: Collection[SiteAccess], site: str, service: SharedName) -> 
 
 
 def add_names(access: tuple[SiteAccess, ...], names: Iterable[str]) -> tuple[SiteAccess, ...]:
-    """Return access rules with keys of further names, which may do everything; what is known of a name stays.
+    """Return access rules that also let further names do everything; the rules of known names are unchanged.
 
     Raises:
         SiteNameError: keys cannot have a name.

@@ -14,13 +14,13 @@ from pyros1.bridge.protocol.key_expressions import Key
 from pyros1.bridge.protocol.packet_values import MAX_BODY
 
 SITE_MESSAGE_BYTES = 32 << 20
-"""Maximum total size of the messages of a site that wait; at least one may."""
+"""Maximum total size of the waiting messages of a site; a single larger one is accepted."""
 SITE_CONTROL_BYTES = 8 << 20
-"""Maximum total size of the other packets of a site that wait: two long lists."""
+"""Maximum total size of the other waiting packets of a site: two long lists."""
 SITE_PACKETS = 5_000
-"""Maximum number of the messages of a site that wait, and of its other packets."""
+"""Maximum number of waiting messages of a site, and of its other waiting packets."""
 TOTAL_BYTES = 128 << 20
-"""Maximum total size of all packets that wait; at least one may."""
+"""Maximum total size of all waiting packets; a single larger one is accepted."""
 UNKNOWN_SITES = ""
 """Stands for all sites that are not known."""
 _MAX_COSTS = 300

@@ -40,13 +40,13 @@ class _Lane:
 
 
 class Lanes:
-    """Packets that wait, each in the lane of its receiver.
+    """Waiting packets, each in the lane of its receiver.
 
     Args:
         is_paced: whether packets wait for answers to probes; otherwise there is one lane, and nothing waits in it for
             anything but the thread that sends.
-        max_bytes: maximum total size in bytes of the packets that wait; at least one of each lane may.
-        max_packets: maximum number of packets that wait.
+        max_bytes: maximum total size in bytes of the waiting packets; each lane may have at least one.
+        max_packets: maximum number of waiting packets.
     """
 
     def __init__(self, is_paced: bool, max_bytes: int = OUTBOX_BYTES, max_packets: int = OUTBOX_PACKETS) -> None:
@@ -70,7 +70,7 @@ class Lanes:
 
     @property
     def waiting_bytes(self) -> int:
-        """Total size of the packets that wait."""
+        """Total size of the waiting packets."""
         return sum(lane.outbox.waiting_bytes for lane in [*self._lanes.values()])
 
     def _name(self, key: str) -> str:

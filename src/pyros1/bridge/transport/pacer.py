@@ -169,9 +169,7 @@ class Pacer:
         """Adjust the window to the answers to a probe."""
         if not probe.late:
             self._late_at_smallest, self._late_at = 0, None
-            if (
-                self._used_at >= probe.sent_at
-            ):  # otherwise it was hardly used, which says nothing about a larger one
+            if self._used_at >= probe.sent_at:  # otherwise it was hardly used, which says nothing about a larger one
                 self.window = min(LARGEST_WINDOW, self.window + (probe.total - self._arrived) * self._growth)
             is_calm = self._sent - probe.total < self.window / 4
             took = probe.sent_at - self._confirmed_at

@@ -13,7 +13,7 @@ from pyros1.bridge.exchange.outgoing import DropReason
 from pyros1.bridge.rules.rules import Priority
 
 OUTBOX_BYTES = 32 << 20
-"""Maximum total size in bytes of the packets that wait to be sent; at least one may."""
+"""Maximum total size in bytes of the packets waiting to be sent; a single larger one is accepted."""
 OUTBOX_PACKETS = 10_000
 _GRACE = 0.05
 """Seconds that a message may wait before the network counts as too slow for it, and newer messages take its place."""
@@ -49,7 +49,7 @@ class Outbox:
         self._numbers = count()
         # For each priority: a number for each packet -> the packet, in the order in which they are sent.
         self._queues: dict[Priority, dict[int, _QueuedPacket]] = {priority: {} for priority in Priority}
-        self._replaceable: dict[tuple[str, int], list[int]] = {}  # key and `replaces` -> the packets that wait
+        self._replaceable: dict[tuple[str, int], list[int]] = {}  # key and `replaces` -> the waiting packets
 
     def __len__(self) -> int:
         return self._count

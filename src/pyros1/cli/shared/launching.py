@@ -41,7 +41,7 @@ def launch(plan: Plan, parsed_options: Any, resources: Resources, *, title: str)
     _check_option_values(parsed_options)
     check_machines(plan)
     if getattr(parsed_options, "preload", False) and not hasattr(os, "fork"):
-        raise UsageError("--preload: this system has no fork")
+        raise UsageError("--preload needs fork, which this system does not have")
     if parsed_options.local_only:
         print("local only launch specified, will not launch remote nodes")
         plan = replace(plan, nodes=[node for node in plan.nodes if not is_remote(plan, node)])

@@ -32,7 +32,7 @@ def combine(levels: Iterable[int]) -> int:
 
 @dataclass
 class _Item:
-    """What is known of one name in /diagnostics."""
+    """The state of one name in /diagnostics."""
 
     status: Any
     updated_at: float

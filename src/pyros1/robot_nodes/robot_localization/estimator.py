@@ -19,7 +19,7 @@ from pyros1.robot_nodes.robot_localization.ekf import Ekf, Measurement
 from pyros1.robot_nodes.robot_localization.motion import Array
 
 MAX_QUEUED = 2000
-"""Maximum number of measurements that wait, for example because their clock is ahead."""
+"""Maximum number of waiting measurements, for example because their clock is ahead."""
 MAX_HISTORY = 5000
 """Maximum number of measurements to return to, however long the history is."""
 MAX_STEP = 100_000.0

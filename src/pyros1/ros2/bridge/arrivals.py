@@ -13,7 +13,7 @@ from pyros1.ros2.zenoh.names import MAX_KEY_LENGTH, DataKey
 MAX_TOKENS = 50_000
 """Maximum number of tokens that are known to be there at a time."""
 MAX_BYTES = 64 << 20
-"""Maximum total size in bytes of the messages that wait; at least one may."""
+"""Maximum total size in bytes of the waiting messages; a single larger one is accepted."""
 MAX_MESSAGES = 10_000
 Token = tuple[str, bool]
 """The key of an entity of ROS 2, and whether it is there or gone."""
@@ -22,7 +22,7 @@ Message = tuple[DataKey, bytes, bytes, str]
 
 
 class Arrivals:
-    """Tokens and messages that wait.
+    """Waiting tokens and messages.
 
     Attributes:
         dropped: how many were dropped because too many waited.

@@ -9,7 +9,7 @@ from pyros1.bridge.exchange.actions import Send
 
 MAX_MESSAGES = 1_000
 MAX_BYTES = 64 << 20
-"""Maximum total size in bytes of the messages that wait; at least one may."""
+"""Maximum total size in bytes of the waiting messages; a single larger one is accepted."""
 
 
 class EarlyMessages:

@@ -13,7 +13,7 @@ from pyros1.ground.terminal_text import one_line
 from pyros1.ros2.bridge.counts import Counts
 from pyros1.ros2.bridge.plan import Plan, TakenTopic
 from pyros1.ros2.bridge.services import SITE
-from pyros1.ros2.bridge.sources import LatchedSources, Tokens
+from pyros1.ros2.bridge.sources import Ros2Publishers, Tokens
 from pyros1.ros2.zenoh.attachments import decode_attachment
 from pyros1.ros2.zenoh.names import DataKey
 
@@ -34,7 +34,7 @@ class IncomingMessages:
         self._advertised: dict[str, tuple[str, str]] = {}  # topic -> type and md5 sum
         self._latched: set[str] = set()  # those of them that were advertised as latched
         self._withdrawn_at: dict[str, float] = {}
-        self._sources = LatchedSources()
+        self._sources = Ros2Publishers()
 
     def take(self, plan: Plan, key: DataKey, body: bytes, attachment: bytes, session: str = "") -> None:
         """Publish a message.
@@ -75,7 +75,7 @@ class IncomingMessages:
             tokens_of: returns the publishers of a topic that are there, by their tokens.
             has_changed: whether a publisher came or went since the last call.
         """
-        if not has_changed and not self._sources.must_look:
+        if not has_changed and not self._sources.must_check:
             return
         for gone in self._sources.pop_gone(tokens_of, steady_now()):
             self._bridge_publishers.forget(Forget(*gone))

@@ -77,7 +77,7 @@ class Ros2Bridge:
         types: knows the types of both sides.
         make_session: returns its session, see `pyros1.ros2.bridge.side.MakeSide`.
         call_time: maximum number of seconds for the response of a service.
-        poll_period: number of seconds between questions to the master.
+        poll_period: seconds between requests to the master.
         find_name: returns the present name of its node in ROS 2, which another master at the same address may change;
             None if it stays the same.
 

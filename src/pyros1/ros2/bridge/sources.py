@@ -39,15 +39,15 @@ class GoneSource(NamedTuple):
     source: Source
 
 
-class LatchedSources:
-    """The publishers from which messages have come. For one thread.
+class Ros2Publishers:
+    """The publishers in ROS 2 whose messages have been received, each with its key in ROS 1. Not thread-safe.
 
     Attributes:
-        must_look: whether to call `pop_gone` even if nobody has gone since its last call.
+        must_check: whether to call `pop_gone` even if no publisher has disappeared since its last call.
     """
 
     def __init__(self) -> None:
-        self.must_look = False
+        self.must_check = False
         self._publishers: dict[tuple[str, bytes], _Publisher] = {}
         self._numbers = count(1)
 
@@ -63,7 +63,7 @@ class LatchedSources:
         """
         publisher, gone = self._publishers.pop((topic, gid), None), None
         if publisher is None:
-            self.must_look = True
+            self.must_check = True
             publisher = _Publisher(Source(SITE, SharedName(SITE, topic), next(self._numbers)), session)
             if len(self._publishers) >= MAX_SOURCES:
                 oldest = next(iter(self._publishers))
@@ -81,12 +81,12 @@ class LatchedSources:
         """
         topics = {topic for topic, own_gid in self._publishers if own_gid}
         there = {topic: _latched(tokens_of(topic)) for topic in topics}
-        self.must_look = False
+        self.must_check = False
         for (topic, own_gid), publisher in [*self._publishers.items()]:
             if not own_gid or not self._is_gone(own_gid, publisher, *there[topic]):
                 continue
             if now - publisher.at < GRACE:
-                self.must_look = True
+                self.must_check = True
                 continue
             del self._publishers[topic, own_gid]
             yield GoneSource(topic, publisher.source)

@@ -31,7 +31,7 @@ def difference(ros1: str, ros2: str, transcoder: Transcoder) -> str:
 
 
 class Differences:
-    """Describes the differences of each pair of types once. For one thread."""
+    """Describes the differences of each pair of types once. Not thread-safe."""
 
     def __init__(self) -> None:
         self._said: dict[tuple[str, str, Transcoder], None] = {}

@@ -63,7 +63,7 @@ class TimeBudget:
 
 
 class LookupCache(Generic[_Found]):
-    """A cache of results and failures, by key. For one thread.
+    """A cache of results and failures, by key. Not thread-safe.
 
     Args:
         budget: the time for what is limited.

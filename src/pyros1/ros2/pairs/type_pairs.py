@@ -72,7 +72,7 @@ class ServicePair(NamedTuple):
 
 
 class TypePairs:
-    """Finds the types of both sides, and remembers what it has found, also what it could not find. For one thread.
+    """Finds the types of both sides, and remembers what it has found, also what it could not find. Not thread-safe.
 
     Args:
         distribution: the distribution of ROS 2 whose types are used by default.

@@ -277,7 +277,7 @@ class Ros2Session(ZenohSession):
             self._on_message(key, sample.payload.to_bytes(), attachment.to_bytes(), _session_of(sample))
 
     def send(self, packet: Send) -> None:
-        """Send a message. While the network takes nothing, this waits a short time; then it is lost."""
+        """Send a message. If the network is congested, this waits a short time, and then drops it."""
         endpoint = self._by_key.get(packet.key)
         if endpoint is not None and not self.is_closing:
             endpoint.declared.put(packet.body, attachment=endpoint.attachment())

@@ -173,7 +173,7 @@ class Outbox:
         return False
 
     def end_sending(self, unsent: QueuedMessage | None) -> None:
-        """End what `put` has asked for; ``unsent``: the message if it could not be sent. It is then queued: no later
+        """End the sending that `put` requested; ``unsent``: the message if it was not sent. It is then queued: no later
         one of its subscription has arrived, since each topic's messages arrive one after the other.
         """
         with self._lock:

@@ -169,7 +169,7 @@ class Outbox:
         return self._turns.leave_to_loop()
 
     def end_sending(self, queue: TopicQueue, unsent: Arrival | None, now: float) -> None:
-        """End what `put` has asked for.
+        """End the sending that `put` requested.
 
         Args:
             queue: the topic's queue.

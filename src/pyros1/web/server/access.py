@@ -72,12 +72,12 @@ class Access:
 
     @property
     def for_services(self) -> Access:
-        """The rules with which services are seen, where they differ from those for topics."""
+        """The rules for services: these rules, with the patterns for services in place of those for topics."""
         return self if self.services is None else replace(self, topics=self.services)
 
     @property
     def for_parameters(self) -> Access:
-        """The rules with which parameters are seen, where they differ from those for topics."""
+        """The rules for parameters: these rules, with the patterns for parameters in place of those for topics."""
         return self if self.parameters is None else replace(self, topics=self.parameters)
 
     def is_own_name(self, host: str | None) -> bool:

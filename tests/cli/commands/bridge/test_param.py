@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from pyros1.bridge.parameters import PARAMETER_SERVICE, answer, decode_question, encode_plain_answer
+from pyros1.bridge.parameters import PARAMETER_SERVICE, answer, decode_parameter_request, encode_json_response
 from pyros1.bridge.rules.parsing import parse_config
 from pyros1.bridge.service_ends import PARAMETERS_CLASS
 from pyros1.cli.running import run_command
@@ -34,8 +34,8 @@ def make_bridge(make_node: Callable[..., Node], name: str, site: str) -> Node:
 
     def respond(request: AnyMsg) -> AnyMsg:
         body = bytes(request._buff)
-        if decode_question(body).site != site:
-            raise ServiceRefusal(f"there is no site {decode_question(body).site}")
+        if decode_parameter_request(body).site != site:
+            raise ServiceRefusal(f"there is no site {decode_parameter_request(body).site}")
         return AnyMsg(answer(RULES, node.master, body))
 
     node.advertise_service("~bridge_status", "std_srvs/Trigger", lambda _: (True, "{}"))
@@ -72,8 +72,8 @@ def test_parameters_of_ros2(run: Run, make_node: Callable[..., Node], bridge: No
     asked = []
 
     def respond(request: AnyMsg) -> AnyMsg:
-        asked.append(decode_question(bytes(request._buff)))
-        return AnyMsg(encode_plain_answer(values if asked[-1].name == "/n" else values["gains.p"]))
+        asked.append(decode_parameter_request(bytes(request._buff)))
+        return AnyMsg(encode_json_response(values if asked[-1].name == "/n" else values["gains.p"]))
 
     node = make_node("c_bridge")
     node.advertise_service("~bridge_status", "std_srvs/Trigger", lambda _: (True, "{}"))

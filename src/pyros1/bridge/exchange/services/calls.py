@@ -195,13 +195,13 @@ class Calls:
         service, timeout = candidate.offered.service, candidate.timeout
         return self._begin(token, candidate.peer, service, body, timeout, candidate.counts, now)
 
-    def ask_parameters(self, token: int, peer: str, question: bytes, timeout: float, now: float) -> list[Action]:
+    def ask_parameters(self, token: int, peer: str, request: bytes, timeout: float, now: float) -> list[Action]:
         """Ask another site for parameters, as `call` does for services.
 
         Args:
-            token: identifies the question.
+            token: identifies the request.
             peer: the site.
-            question: see `pyros1.bridge.parameters`.
+            request: see `pyros1.bridge.parameters`.
             timeout: maximum number of seconds.
             now: the current time.
         """
@@ -214,7 +214,7 @@ class Calls:
                 f"site {peer} lets nobody here read its parameters; allow it there with --params, and if `sites` there "
                 f"limits {self._rules.site}, let it call {service}",
             )
-        return self._begin(token, peer, service, question, timeout, None, now)
+        return self._begin(token, peer, service, request, timeout, None, now)
 
     def _begin(
         self,

@@ -20,29 +20,29 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int | None:
     from pyros1.bridge.parameters import (  # noqa: PLC0415
         ROS2_SITE,
         ParameterError,
-        Question,
+        ParameterRequest,
         check_name,
-        decode_question,
-        encode_question,
+        decode_parameter_request,
+        encode_parameter_request,
     )
 
     if not 1 <= len(args) <= 2:
         raise UsageError("name a site, such as red:, and a parameter")
     site, _, rest = args[0].partition(":")
     name = rest or (args[1] if len(args) == 2 else "")
-    question = Question(site, f"/{name.lstrip('/')}" if name else "")
+    request = ParameterRequest(site, f"/{name.lstrip('/')}" if name else "")
     try:
         check_site_name(site)
-        decode_question(encode_question(question))
+        decode_parameter_request(encode_parameter_request(request))
         if site != ROS2_SITE:
-            check_name(question)
+            check_name(request)
     except (SiteNameError, ParameterError) as error:
         raise CommandError(str(error), 2) from None
     if rest and len(args) == 2:
         raise UsageError("too many arguments")
     if options.to and not name:
         raise UsageError("--to needs a parameter of the other site")
-    value = _ask(invocation, question)
+    value = _ask(invocation, request)
     if not name:
         names = [one_line(each) for each in value] if isinstance(value, list) else []
         print_json(names) if options.json else print("".join(f"{each}\n" for each in names), end="")
@@ -65,14 +65,14 @@ def _print(value: Any, as_json: bool) -> None:
         print(yaml_text(value))
 
 
-def _ask(invocation: Invocation, question: Any) -> Any:
+def _ask(invocation: Invocation, request: Any) -> Any:
     """Return the answer that the first bridge of this master gets from a site.
 
     Raises:
         CommandError: none gets one.
     """
     from pyros1.bridge.local_graph import find_bridges  # noqa: PLC0415
-    from pyros1.bridge.parameters import PARAMETER_SERVICE, decode_answer, encode_question  # noqa: PLC0415
+    from pyros1.bridge.parameters import PARAMETER_SERVICE, decode_parameter_response, encode_parameter_request  # noqa: PLC0415
     from pyros1.bridge.service_ends import PARAMETERS_CLASS  # noqa: PLC0415
     from pyros1.msgs import AnyMsg  # noqa: PLC0415
 
@@ -84,13 +84,13 @@ def _ask(invocation: Invocation, question: Any) -> Any:
         for bridge in bridges:
             client = node.service(f"{bridge}/{PARAMETER_SERVICE}", PARAMETERS_CLASS)
             try:
-                return decode_answer(client.call(AnyMsg(encode_question(question)), _TIMEOUT)._buff)
+                return decode_parameter_response(client.call(AnyMsg(encode_parameter_request(request)), _TIMEOUT)._buff)
             except ServiceError as error:
                 text = str(error) if error.answer is None else error.answer.decode("utf-8", "replace")
                 problems.append(text)
             except Error as error:
                 problems.append(str(error))
-    unknown = f"there is no site {question.site}"
+    unknown = f"there is no site {request.site}"
     raise CommandError(one_line(next((text for text in problems if text != unknown), unknown), 1000))
 
 

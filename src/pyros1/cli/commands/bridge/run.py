@@ -78,10 +78,10 @@ def _read_config(options: Any) -> SiteConfig:
 
     from pyros1.bridge.rules.parsing import (  # noqa: PLC0415
         SiteConfig,
-        add_words,
+        add_arguments,
         check_loss,
         parse_config,
-        rules_from_words,
+        rules_from_arguments,
     )
     from pyros1.bridge.rules.service_parsing import add_service_words  # noqa: PLC0415
     from pyros1.bridge.rules.site_access import add_names, named_sites  # noqa: PLC0415
@@ -89,13 +89,13 @@ def _read_config(options: Any) -> SiteConfig:
     send = [word for words in options.send for word in words]
     take = [word for words in options.take for word in words]
     if options.config:
-        config = add_words(parse_config(read_file(options.config), options.config, options.site or ""), send, take)
+        config = add_arguments(parse_config(read_file(options.config), options.config, options.site or ""), send, take)
         if config.keys:
             config = replace(config, keys=beside(config.keys, options.config))
     elif not options.site:
         raise UsageError("name this site with --site, or give a file with --config")
     else:
-        config = SiteConfig(rules_from_words(options.site, send, take))
+        config = SiteConfig(rules_from_arguments(options.site, send, take))
     words = [[word for words in each for word in words] for each in (options.serve, options.call, options.params)]
     config = replace(config, rules=add_service_words(config.rules, *words))
     access = add_names(config.rules.access, [site for sites in options.sites for site in sites])

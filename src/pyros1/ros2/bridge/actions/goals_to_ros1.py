@@ -150,7 +150,7 @@ class _Goal:
 
 
 class GoalsToRos1:
-    """What is known of the goals of one action server. Each method returns what to do, in this order.
+    """The state of the goals of one action server. Each method returns the actions to perform, in order.
 
     A goal's name in ROS 1 is its UUID in hexadecimal digits. Goals of ROS 1's own clients are reported to ROS 2, too,
     so that they can be cancelled there: their UUIDs are made from their names.

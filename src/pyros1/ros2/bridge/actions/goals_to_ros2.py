@@ -107,7 +107,7 @@ class _Goal:
 
 
 class GoalsToRos2:
-    """What is known of the goals of one action server. Each method returns what to do, in this order.
+    """The state of the goals of one action server. Each method returns the actions to perform, in order.
 
     Goals of ROS 2's own clients are reported to ROS 1, too; their names are their UUIDs in hexadecimal digits.
 

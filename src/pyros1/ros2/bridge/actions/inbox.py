@@ -8,7 +8,7 @@ from collections.abc import Callable
 
 MAX_TASKS = 10_000
 MAX_BYTES = 64 << 20
-"""Maximum total size in bytes of the messages that wait; at least one may."""
+"""Maximum total size in bytes of the waiting messages; a single larger one is accepted."""
 Task = Callable[[], object]
 
 

@@ -81,7 +81,7 @@ class ActionPair(NamedTuple):
 
 
 class ActionPairs:
-    """Finds the action types of both sides, and remembers what it has found. For one thread.
+    """Finds the action types of both sides, and remembers what it has found. Not thread-safe.
 
     Args:
         counterparts: tells the names.

@@ -1,6 +1,6 @@
 """The parameters of a bridge: which ROS 2 nodes it presents as dynamic_reconfigure servers, and which it queries.
 
-`make_plan` and `adjust` are for the master thread, `on_message` for the thread that takes messages; questions of
+`make_plan` and `adjust` are for the master thread, `on_message` for the thread that takes messages; requests from
 `pyros1 bridge param ros2:` come in threads of their service.
 """
 
@@ -21,8 +21,8 @@ from pyros1.node import Node
 from pyros1.node.services.workers import Workers
 from pyros1.ros2.bridge.parameters.nodes import EVENTS, ParameterNode, find_nodes
 from pyros1.ros2.bridge.parameters.parameter_client import CALL_TIME, ParameterClient
-from pyros1.ros2.bridge.parameters.questions import answer
 from pyros1.ros2.bridge.parameters.reconfigured import ReconfiguredNode
+from pyros1.ros2.bridge.parameters.requests import respond
 from pyros1.ros2.bridge.rules import Ros2Rules
 from pyros1.ros2.zenoh.graph import Service
 from pyros1.ros2.zenoh.names import DataKey
@@ -33,7 +33,7 @@ MAX_NODES = 200
 MAX_ASKED = 50
 """Maximum number of other nodes of which clients are kept."""
 _ASKED_TIME = 60.0
-"""Seconds for which the clients of a node are kept after a question about its parameters."""
+"""Seconds for which the clients of a node are kept after a request for its parameters."""
 _DECLARE_TIME = 3.0
 _MAX_THREADS = 8
 _CLOSE_TIME = 1.0
@@ -188,7 +188,7 @@ class Ros2Parameters:
         """
         with self._changed:
             nodes = {name: node for name, node in self._nodes.items() if self._rules.reads(name)}
-        return AnyMsg(answer(bytes(request._buff), nodes, self._parameter_client, self._prepare))
+        return AnyMsg(respond(bytes(request._buff), nodes, self._parameter_client, self._prepare))
 
     def _prepare(self, node: ParameterNode) -> None:
         """Wait until there are clients for a node's services.

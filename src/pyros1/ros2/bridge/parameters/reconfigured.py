@@ -66,7 +66,7 @@ class ReconfiguredNode:
         self._is_new = False  # whether the description is to be published
         self._versions: dict[str, int] = {}  # parameter in the configuration -> the number of its last change
         self._version = 0
-        self._missed: dict[str, Value | None] = {}  # what has changed since the question for all parameters
+        self._missed: dict[str, Value | None] = {}  # what has changed since all parameters were requested
         self._publishers: tuple[Publisher[Any], Publisher[Any]] | None = None
         self._service: ServiceServer | None = None
         self._due: float | None = monotonic() if not self.problem else None

@@ -4,44 +4,44 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 
-from pyros1.bridge.parameters import ROS2_SITE, ParameterError, decode_question, encode_plain_answer
+from pyros1.bridge.parameters import ROS2_SITE, ParameterError, decode_parameter_request, encode_json_response
 from pyros1.ground.errors import ServiceRefusal
 from pyros1.ground.suggest import did_you_mean
 from pyros1.ros2.bridge.parameters.nodes import ParameterNode
 from pyros1.ros2.bridge.parameters.parameter_client import ParameterClient
 
 
-def answer(
+def respond(
     body: bytes,
     nodes: Mapping[str, ParameterNode],
     parameter_client: ParameterClient,
     prepare: Callable[[ParameterNode], object],
 ) -> bytes:
-    """Return the answer to a query: the names of all nodes, all parameters of a node, or one of them. This waits for
-    the node.
+    """Return the response to a request: the names of all nodes, all parameters of a node, or one of them. This waits
+    for the node.
 
     Args:
-        body: the question.
+        body: the request.
         nodes: the nodes whose parameters may be read.
-        asking: asks a node.
-        prepare: waits until it can be asked.
+        parameter_client: queries a node.
+        prepare: waits until it can be queried.
 
     Raises:
         ServiceRefusal: it is not valid, there is no such node or parameter, or the node does not respond.
     """
     try:
-        question = decode_question(body)
+        request = decode_parameter_request(body)
     except ParameterError as error:
         raise ServiceRefusal(str(error)) from None
-    if question.site != ROS2_SITE:
-        raise ServiceRefusal(f"there is no site {question.site}")
-    if not question.name:
-        return encode_plain_answer(sorted(nodes))
-    name, parameter = _split(question.name, nodes)
+    if request.site != ROS2_SITE:
+        raise ServiceRefusal(f"there is no site {request.site}")
+    if not request.name:
+        return encode_json_response(sorted(nodes))
+    name, parameter = _split(request.name, nodes)
     node = nodes[name]
     prepare(node)
     if not parameter:
-        return encode_plain_answer(dict(sorted(parameter_client.values(node, parameter_client.names(node)).items())))
+        return encode_json_response(dict(sorted(parameter_client.values(node, parameter_client.names(node)).items())))
     values = parameter_client.values(node, [parameter]) if parameter in (names := parameter_client.names(node)) else {}
     if parameter not in values:
         what = "has no value" if parameter in names else f"is not there{did_you_mean(parameter, names)}"
@@ -49,7 +49,7 @@ def answer(
             f"parameter {parameter} of node {name} of ROS 2 {what}; all that have one: "
             f"pyros1 bridge param {ROS2_SITE}: {name}"
         )
-    return encode_plain_answer(values[parameter])
+    return encode_json_response(values[parameter])
 
 
 def _split(name: str, nodes: Mapping[str, ParameterNode]) -> tuple[str, str]:
