@@ -67,7 +67,7 @@ PURE += [f"robot_nodes/robot_localization/{name}.py" for name in ("motion", "ekf
 PURE += [f"robot_nodes/robot_localization/{name}.py" for name in ("sensors", "inputs", "settings", "output")]
 PURE += [f"robot_nodes/robot_localization/{name}.py" for name in ("utm", "local_plane", "navsat")]
 PURE += [f"bridge/{name}" for name in ("names.py", "conversions", "protocol", "exchange", "rules")]
-PURE += [f"bridge/transport/{name}.py" for name in ("link", "endpoints", "queues", "pacing", "access_control")]
+PURE += [f"bridge/transport/{name}.py" for name in ("link", "endpoints", "queues", "pacer", "access_control")]
 PURE += [
     f"bridge/plugin_ros1/{name}.py"
     for name in ("keys", "beacons", "rules", "plan", "state", "arrivals", "config", "explanation")

@@ -236,6 +236,6 @@ def test_parameters(pair: Pair) -> None:
     assert ask("/shared") == {"speed": 1.5}
     with pytest.raises(ServiceError, match="site red has no parameter /secret that others may read"):
         ask("/secret")
-    with pytest.raises(ServiceError, match="not a question"):
+    with pytest.raises(ServiceError, match="not a request"):
         client(AnyMsg(b"?"))
     assert not any("parameters" in name for name in Graph(base.node.master).state().services if "red" in name)

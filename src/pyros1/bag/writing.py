@@ -12,7 +12,7 @@ from pyros1.bag.errors import BagError
 from pyros1.bag.format.appending import open_for_append
 from pyros1.bag.format.records import NS_PER_S
 from pyros1.bag.format.writer import CHUNK_THRESHOLD, BagWriter
-from pyros1.bag.serialized import SerializedOperations
+from pyros1.bag.serialized_operations import SerializedOperations
 from pyros1.ground.timing import Time
 from pyros1.msgs import AnyMsg, Message
 

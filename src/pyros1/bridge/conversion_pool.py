@@ -95,7 +95,7 @@ class ConversionPool:
             self._works[source] = _Work()
 
     def stop(self, source: Source) -> None:
-        """Stop accepting messages of a source, and discard those that wait."""
+        """Stop accepting messages of a source, and discard the waiting ones."""
         with self._has_work:
             self._works.pop(source, None)
             self.problems.pop(source[0], None)

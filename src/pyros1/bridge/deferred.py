@@ -19,7 +19,7 @@ from pyros1.bridge.exchange.actions import Advertise, Forget, Publish, SetOrigin
 Change = Subscribe | Advertise | SetOrigins | Withdraw
 """A change to be made at the master."""
 MAX_MESSAGES = 5_000
-"""Maximum number of messages that wait for their topics."""
+"""Maximum number of messages held for topics that are not published yet."""
 MAX_BYTES = 64 << 20
 """Maximum total size in bytes of these messages; at least one may wait."""
 RETURN_DELAY = 0.5
@@ -43,7 +43,7 @@ class _PendingActions:
 
 
 class DeferredActions:
-    """The actions that wait for the master. May be used in several threads.
+    """Actions queued for the master. May be used in several threads.
 
     Args:
         clock: returns seconds.

@@ -77,7 +77,7 @@ _POLL_PERIOD = 1.0
 _DEMAND_PERIOD = 0.2
 """Seconds between checks of which published topics have subscribers."""
 _QUEUE_SIZE = 1000
-"""Messages of a publisher that wait for the bridge: it only queues them, so they hardly ever do."""
+"""Maximum number of queued messages of a publisher. The bridge only passes them on, so the queue is usually empty."""
 _JOIN_TIME = 3.0
 _LOG_RATE = 0.5
 _LOG_BURST = 50
@@ -140,7 +140,7 @@ class Bridge:
 
     @property
     def inbox(self) -> Inbox:
-        """The packets of other sites that wait."""
+        """The queue of packets from other sites."""
         return self._worker.inbox
 
     # The link's side --------------------------------------------------------------------------------------------------

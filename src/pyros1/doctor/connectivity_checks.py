@@ -115,7 +115,7 @@ def _check_loopback_addresses(system: System, machine: Machine) -> Iterator[Find
     # A node that does not respond may be running on this machine with an incorrect address.
     responding = {name: node for name, node in system.nodes.items() if node.failure is None}
     on_other_machines = [name for name, node in responding.items() if node.addresses and not _is_here(node, machine)]
-    is_master_remote = not _master_is_here(system, machine)
+    is_master_remote = not _is_master_local(system, machine)
     if local_only_nodes and (on_other_machines or is_master_remote):
         remote_text = "the master is" if is_master_remote else f"nodes are, for example {on_other_machines[0]}"
         yield Finding(
@@ -137,7 +137,7 @@ def _is_here(node: NodeFacts, machine: Machine) -> bool:
     return any(is_loopback(address) or address in machine.interfaces for address in node.addresses or ())
 
 
-def _master_is_here(system: System, machine: Machine) -> bool:
+def _is_master_local(system: System, machine: Machine) -> bool:
     try:
         host, _ = parse_uri(system.master_uri)
     except ProtocolError:

@@ -108,7 +108,7 @@ def _check_address_variables(machine: Machine) -> Iterator[Finding]:
                 f"network interface (one of {', '.join(machine.interfaces)})",
                 f"export {variable}={ip}, or unset {variable}; then restart the nodes started in this shell",
             )
-        elif all(map(is_loopback, resolved)) and not _master_is_here(machine):
+        elif all(map(is_loopback, resolved)) and not _is_master_local(machine):
             yield Finding(
                 "own-address",
                 ERROR,
@@ -118,7 +118,7 @@ def _check_address_variables(machine: Machine) -> Iterator[Finding]:
             )
 
 
-def _master_is_here(machine: Machine) -> bool:
+def _is_master_local(machine: Machine) -> bool:
     try:
         host, _ = parse_uri(machine.environ.get("ROS_MASTER_URI") or DEFAULT_MASTER_URI)
     except ProtocolError:
@@ -139,7 +139,7 @@ def _check_machine_name(machine: Machine) -> Iterator[Finding]:
             f"the name of this machine [{machine.hostname}] cannot be resolved, and nodes use it as their address",
             f"export ROS_IP={ip}, or add a line '127.0.0.1 {machine.hostname}' to /etc/hosts",
         )
-    elif all(map(is_loopback, resolved)) and not _master_is_here(machine):
+    elif all(map(is_loopback, resolved)) and not _is_master_local(machine):
         yield Finding(
             "own-name",
             WARNING,

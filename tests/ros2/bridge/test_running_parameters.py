@@ -331,7 +331,7 @@ def test_what_cannot_be_read(bridge: RunningBridge, make_ros2: Callable[..., Fak
     assert "parameter sped of node /arm of ROS 2 is not there (did you mean 'speed'?)" in text
     assert "pyros1 bridge param ros2: /arm" in text
     assert "parameter unset of node /arm of ROS 2 has no value" in refused(bridge, "/arm/unset")
-    assert "no node of ROS 2 whose parameters may be read has the name /army" in refused(bridge, "/army")
+    assert "/army is neither a ROS 2 node whose parameters may be read" in refused(bridge, "/army")
     assert "is not the full name" in refused(bridge, "/a\nb")
     node.hooks["get_parameters"] = lambda request: []
     assert refused(bridge, "/arm").startswith("node /arm of ROS 2 answers about 0 parameters, not 2")
@@ -344,7 +344,7 @@ def test_rules_for_reading(endpoint: str, tmp_path: Path) -> None:
         for name in ("/arm", "/legs", "/head"):
             peers.append(FakeNode(Ros2Peer(endpoint), name, {"rate": 1}))
         wait_until(lambda: ask(bridge) == ["/arm", "/legs"], "the nodes are known")
-        assert "no node of ROS 2 whose parameters may be read" in refused(bridge, "/head/rate")
+        assert "is neither a ROS 2 node whose parameters may be read" in refused(bridge, "/head/rate")
     finally:
         for each in peers:
             each.close()

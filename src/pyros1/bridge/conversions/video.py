@@ -139,7 +139,7 @@ def _format(picture: Pixels) -> str:
 
 
 def _to_even_size(picture: Pixels) -> Pixels:
-    """Return a picture whose last row and column are repeated where its size is odd, since the encoder needs that."""
+    """Return a picture of even size, as the encoder needs it: an odd one gets its last row or column twice."""
     height, width = picture.shape[:2]
     if not height % 2 and not width % 2:
         return picture

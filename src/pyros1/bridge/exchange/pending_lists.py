@@ -1,4 +1,4 @@
-"""Lists of other sites that wait: applying one takes some milliseconds, so a site may not change its lists in floods.
+"""Pending lists of other sites: applying one takes some milliseconds, so a site may not change its lists in floods.
 
 Only the newest list of each kind is kept. No I/O.
 """

@@ -77,7 +77,7 @@ class Site:
     Attributes:
         ignored: how many packets were ignored for each reason.
         services: the services of this site and of others, and calls of them.
-        topic_receiver: the topics that are taken.
+        topic_receiver: receives the topics that the rules take.
     """
 
     def __init__(self, rules: Rules, epoch: int, now: float) -> None:

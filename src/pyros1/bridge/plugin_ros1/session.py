@@ -212,7 +212,7 @@ class PluginSession(ZenohSession):
         return bytes(reply.ok.payload.to_bytes())
 
     def on_close(self) -> None:
-        """End the calls that wait for responses. Called with the lock."""
+        """End the pending calls. Called with the lock."""
         for replies in self._calls:
             replies.put(None)
 

@@ -1,4 +1,4 @@
-"""Incoming packets that wait to be handled, bounded for each sending site. No I/O.
+"""The queue of incoming packets, bounded for each sending site. No I/O.
 
 Sites take turns by what their packets cost, so one that floods this one costs only its own packets. All sites that are
 not present yet count as one, so invented names do not get more turns. Within a site, heartbeats

@@ -1,4 +1,4 @@
-"""Packets that wait until the network takes them, bounded. No I/O.
+"""Bounded queues of packets to be sent. No I/O.
 
 Urgent ones go first; where only the newest message counts, a newer one takes the place of the one that waits, so after
 a pause the newest goes first.
@@ -23,7 +23,7 @@ _MAX_COUNTED_KEYS = 5_000
 
 
 class _QueuedPacket:
-    """A packet that waits, and since when."""
+    """A queued packet, with the time when it was queued."""
 
     __slots__ = ("packet", "since")
 
@@ -33,7 +33,7 @@ class _QueuedPacket:
 
 
 class Outbox:
-    """Packets that wait to be sent.
+    """The queues of packets to be sent.
 
     Attributes:
         drops: key -> reason -> how many packets were dropped.

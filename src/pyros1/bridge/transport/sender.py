@@ -239,7 +239,7 @@ class Sender:
 
     @property
     def waiting_bytes(self) -> int:
-        """Total size of the packets that wait to be sent."""
+        """Total size of the queued packets."""
         return self._urgent.lanes.waiting_bytes + self._bulk.lanes.waiting_bytes
 
     def close(self) -> None:

@@ -37,7 +37,7 @@ class Ranges:
 
 
 class Turbo:
-    """Scales commands from -1 to 1 to speeds; what drives and what turns have steps of their own.
+    """Scales commands from -1 to 1 to speeds; driving and turning have separate steps.
 
     Args:
         ranges: the speeds.
@@ -52,12 +52,12 @@ class Turbo:
         self._step = self._turning_step = self._ranges.initial_step
 
     def change(self, steps: int) -> None:
-        """Move by a number of steps, up or down."""
+        """Raise the speeds by a number of steps; a negative one lowers them."""
         self._step = self._limited(self._step + steps)
         self.change_turning(steps)
 
     def change_turning(self, steps: int) -> None:
-        """The same for turning only."""
+        """Raise only the turning speed by a number of steps."""
         self._turning_step = self._limited(self._turning_step + steps)
 
     def scale(self, command: Any) -> Any:

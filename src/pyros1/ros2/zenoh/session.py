@@ -344,7 +344,7 @@ class Ros2Session(ZenohSession):
             raise ServiceRefusal(f"the bridge cannot call it: {one_line(error, 200)}") from error
 
     def on_close(self) -> None:
-        """End the calls that wait for responses. Called with the lock."""
+        """End the pending calls. Called with the lock."""
         for replies in self._calls:
             replies.put(None)
 

@@ -40,7 +40,7 @@ def point_cloud2(
         cloud: the message.
         colour_field: what colours the points: the name of a field, `RED_GREEN_BLUE` or `MONO`; if the cloud lacks it,
             the first available of "rgb", "rgba", `RED_GREEN_BLUE`, "intensity" and "z".
-        max_points: maximum number of points sent; of a larger cloud, only every second, third ... point is sent.
+        max_points: maximum number of points sent; larger clouds are thinned to every n-th point.
         with_indices: whether to also send the points' indices in the message, and their values.
         bounds: the values at the two ends of the colour scale; None for the points' minimum and maximum.
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from pyros1.bridge.parameters import PARAMETER_SERVICE, answer, decode_parameter_request, encode_json_response
+from pyros1.bridge.parameters import PARAMETER_SERVICE, decode_parameter_request, encode_json_response, respond
 from pyros1.bridge.rules.parsing import parse_config
 from pyros1.bridge.service_ends import PARAMETERS_CLASS
 from pyros1.cli.running import run_command
@@ -32,14 +32,14 @@ def make_bridge(make_node: Callable[..., Node], name: str, site: str) -> Node:
     """Return a node that answers as a bridge does that reaches one site, whose master is the same."""
     node = make_node(name)
 
-    def respond(request: AnyMsg) -> AnyMsg:
+    def reply(request: AnyMsg) -> AnyMsg:
         body = bytes(request._buff)
         if decode_parameter_request(body).site != site:
             raise ServiceRefusal(f"there is no site {decode_parameter_request(body).site}")
-        return AnyMsg(answer(RULES, node.master, body))
+        return AnyMsg(respond(RULES, node.master, body))
 
     node.advertise_service("~bridge_status", "std_srvs/Trigger", lambda _: (True, "{}"))
-    node.advertise_service(f"~{PARAMETER_SERVICE}", PARAMETERS_CLASS, respond)
+    node.advertise_service(f"~{PARAMETER_SERVICE}", PARAMETERS_CLASS, reply)
     return node
 
 
@@ -71,13 +71,13 @@ def test_parameters_of_ros2(run: Run, make_node: Callable[..., Node], bridge: No
     values = {"gains.p": 1.5, "big": 1 << 40, "text": "a\x01", "flags": [True]}
     asked = []
 
-    def respond(request: AnyMsg) -> AnyMsg:
+    def reply(request: AnyMsg) -> AnyMsg:
         asked.append(decode_parameter_request(bytes(request._buff)))
         return AnyMsg(encode_json_response(values if asked[-1].name == "/n" else values["gains.p"]))
 
     node = make_node("c_bridge")
     node.advertise_service("~bridge_status", "std_srvs/Trigger", lambda _: (True, "{}"))
-    node.advertise_service(f"~{PARAMETER_SERVICE}", PARAMETERS_CLASS, respond)
+    node.advertise_service(f"~{PARAMETER_SERVICE}", PARAMETERS_CLASS, reply)
     assert run("param", "ros2:", "/n/gains.p") == (0, "1.5\n", "")
     assert run("param", "ros2:/n/qos_overrides./tf.depth")[0] == 0
     assert [*asked] == [("ros2", "/n/gains.p"), ("ros2", "/n/qos_overrides./tf.depth")]

@@ -78,7 +78,7 @@ def check_connections(
     insecure: bool,
     places: Mapping[str, str],
 ) -> None:
-    """Refuse endpoints that are not valid or not safe, and limits of sites that would not hold.
+    """Refuse invalid and insecure endpoints, and access limits that could not be enforced.
 
     Args:
         connect, listen: endpoints of others, and those on which to listen.

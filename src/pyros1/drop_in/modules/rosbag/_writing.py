@@ -12,7 +12,7 @@ from pyros1.bag.format.compression import COMPRESSIONS
 from pyros1.bag.format.encryption import ENCRYPTORS, NO_ENCRYPTOR, new_cipher
 from pyros1.bag.format.records import NS_PER_S
 from pyros1.bag.format.writer import BagWriter
-from pyros1.bag.serialized import SerializedOperations
+from pyros1.bag.serialized_operations import SerializedOperations
 from rosbag._messages import find_encoder, header_fields
 from rosbag._types import (
     ROSBagEncryptNotSupportedException,

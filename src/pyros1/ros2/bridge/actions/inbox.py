@@ -57,7 +57,7 @@ class Inbox:
             return task
 
     def close(self) -> None:
-        """Stop accepting tasks, and wake the threads that wait."""
+        """Stop accepting tasks, and wake the waiting threads."""
         with self._changed:
             self._is_closed = True
             self._tasks.clear()

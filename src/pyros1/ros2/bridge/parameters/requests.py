@@ -65,6 +65,6 @@ def _split(name: str, nodes: Mapping[str, ParameterNode]) -> tuple[str, str]:
             return node, "/".join(parts[number:])
     known = f"; those that have some: pyros1 bridge param {ROS2_SITE}:" if nodes else ""
     raise ServiceRefusal(
-        f"no node of ROS 2 whose parameters may be read has the name {name}, or a name that it begins "
-        f"with{did_you_mean(name, nodes)}{known}"
+        f"{name} is neither a ROS 2 node whose parameters may be read, nor a parameter of one"
+        f"{did_you_mean(name, nodes)}{known}"
     )
