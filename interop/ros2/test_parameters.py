@@ -96,7 +96,7 @@ def test_stock_tools_of_dynamic_reconfigure(sides: Sides, tmp_path: Path) -> Non
     sides.dynparam("set", NODE, "gains.p", "2.5")
     sides.ros2.wait_line(r"^set gains\.p 2\.5$", START)
     sides.dynparam("set", NODE, "rate", "4")
-    assert "does not set rate to 4: it must be odd" in sides.bridge.wait_line("does not set.*").string
+    assert "refuses to set rate to 4: it must be odd" in sides.bridge.wait_line("refuses to set.*").string
     sides.ros2.write("rate 3")
     watch.wait_line(r"^rate 3$", START)
     file = tmp_path / "camera.yaml"
