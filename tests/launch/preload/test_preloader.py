@@ -28,6 +28,8 @@ from ..running.test_fifty import left
 
 SOURCE = Path(__file__).resolve().parents[3] / "src"
 pytestmark = pytest.mark.skipif(not hasattr(os, "fork"), reason="this system has no fork")
+# In signal.pause() a program may sleep on: a signal that arrives just before it is handled only after it.
+PAUSE = "import time\nwhile True:\n    time.sleep(0.01)\n"
 SELF = """\
 import atexit, json, os, pickle, random, signal, sys, threading
 
@@ -184,7 +186,7 @@ def begin_talking(
 
 
 def test_signals(preloader: Preloader, script: Any, environ: dict[str, str], tmp_path: Path) -> None:
-    words = [script("import signal\nprint('begins', flush=True)\nwhile True: signal.pause()\n")]
+    words = [script(f"print('begins', flush=True)\n{PAUSE}")]
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGKILL):
         forked, said = begin_talking(preloader, words, environ, tmp_path)
         assert said == "begins\n"
@@ -277,7 +279,7 @@ def test_a_signal_reaches_a_program_that_was_just_forked(
     preloader: Preloader, script: Any, environ: dict[str, str], tmp_path: Path
 ) -> None:
     """It leads its group as soon as it is known, also before its script runs."""
-    words = [script("import signal\nsignal.pause()\n")]
+    words = [script(PAUSE)]
     for _ in range(20):
         forked, _, _ = begin(preloader, words, environ, tmp_path)
         os.killpg(forked.pid, signal.SIGINT)
