@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import os
+import time
+from pathlib import Path
+
 import pytest
 
 from pyros1.net import spin_wait
@@ -108,6 +112,64 @@ def test_the_end_of_a_wait_that_sleeps(peer: Peer) -> None:
     peer.now += MAX_SERIES_GAP
     with pytest.raises(BlockingIOError):
         waiting.wait(late)
+
+
+def busy_guard(pause: float) -> tuple[PollGuard, float]:
+    """Return a guard whose last pause was of that length, and the time at which it ends."""
+    guard, now = PollGuard(), 100.0
+    while guard.paused_until - now < pause:
+        now = guard.paused_until + 0.003 if guard.paused_until else now
+        assert guard.is_interrupted(now - 2 * PREEMPTION_GAP, now)
+    return guard, guard.paused_until
+
+
+@pytest.mark.parametrize("idle", [0.0, 0.1])
+def test_a_pause_is_extended_while_no_processor_is_idle(monkeypatch: pytest.MonkeyPatch, idle: float) -> None:
+    monkeypatch.setattr(spin_wait, "idle_time", lambda: 500.0)
+    guard, now = busy_guard(0.6)
+    monkeypatch.setattr(spin_wait, "idle_time", lambda: 500.0 + idle)
+    for _ in range(3):
+        assert not guard.may_poll(now) and not guard.may_poll(now + 0.9 * MAX_PAUSE)
+        now += MAX_PAUSE
+        idle *= 2
+
+
+def test_polling_resumes_when_processors_were_idle(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(spin_wait, "idle_time", lambda: 500.0)
+    guard, now = busy_guard(0.6)
+    assert not guard.may_poll(now - 0.01)
+    monkeypatch.setattr(spin_wait, "idle_time", lambda: 500.7)
+    assert guard.may_poll(now)
+    monkeypatch.setattr(spin_wait, "idle_time", lambda: 500.7)
+    assert guard.may_poll(now + 0.5)  # it is not asked again while nothing interrupts
+    assert guard.is_interrupted(now, now + 0.5)
+    assert guard.paused_until == pytest.approx(now + 0.5 + MAX_PAUSE)
+
+
+def test_an_interruption_after_an_extended_pause_is_frequent(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(spin_wait, "idle_time", lambda: 500.0)
+    guard, now = busy_guard(0.6)
+    for _ in range(9):
+        assert not guard.may_poll(now)
+        now += MAX_PAUSE
+    monkeypatch.setattr(spin_wait, "idle_time", lambda: 509.0)
+    assert guard.may_poll(now) and guard.is_interrupted(now, now + 0.01)
+    assert guard.paused_until == pytest.approx(now + 0.01 + MAX_PAUSE)
+
+
+def test_systems_that_do_not_tell_whether_they_are_idle(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(spin_wait, "idle_time", lambda: None)
+    guard, now = busy_guard(0.6)
+    assert not guard.may_poll(now - 0.01) and guard.may_poll(now)
+
+
+@pytest.mark.skipif(not Path("/proc/uptime").exists(), reason="needs Linux")
+def test_the_idle_time_grows_no_faster_than_all_processors_together() -> None:
+    first, start = spin_wait.idle_time(), time.monotonic()
+    assert first is not None and first > 0.0
+    while (later := spin_wait.idle_time()) == first and time.monotonic() < start + 0.1:
+        pass
+    assert later is not None and 0.0 <= later - first <= (time.monotonic() - start + 0.03) * (os.cpu_count() or 1)
 
 
 def test_pauses_double_while_the_machine_is_busy() -> None:

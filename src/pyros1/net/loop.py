@@ -368,7 +368,7 @@ class Loop:
         events: Iterable[tuple[int, int]] = ()
         if timeout != 0.0:
             now = monotonic()
-            may_poll = self._was_gap_short and now >= self._poll_guard.paused_until
+            may_poll = self._was_gap_short and self._poll_guard.may_poll(now)
             spin_deadline = self._last_event_at + self._spin_time if may_poll else 0.0
             while not events and now < spin_deadline:
                 events = select(0.0)

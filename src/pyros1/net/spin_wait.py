@@ -22,6 +22,10 @@ PREEMPTION_GAP: Final = 250e-6
 MIN_PAUSE: Final = 0.01
 MAX_PAUSE: Final = 1.0
 """Minimum and maximum duration in seconds of the pause in polling after an interruption by another program."""
+_CHECKED_PAUSE = 0.04
+"""Minimum duration in seconds of a pause after which the system is asked how busy it is: it counts in hundredths."""
+_MIN_IDLE = 0.5
+"""How many processors must have been idle during a pause for polling to resume."""
 
 POLLING_PAUSED: Final = "polling paused"
 """Note at the end of a connection's description in ``getBusInfo``: the subscription has ``low_latency=True``, but the
@@ -39,28 +43,57 @@ class PollGuard:
 
     A program that polls on a busy machine loses the processor for milliseconds, whereas a program that sleeps gets it
     as soon as its data arrive. If another interruption follows soon after a pause, the next pause is twice as long. So
-    polling soon becomes rare on a busy machine, and a single interruption costs little.
+    a single interruption costs little. If no processor was idle during a pause, the pause is extended: to poll just to
+    find out that the machine is still busy would cost milliseconds, too.
 
     Attributes:
-        paused_until: time until which the caller should not poll, in seconds on the caller's clock.
+        paused_until: time until which polling pauses, in seconds on the caller's clock.
     """
 
-    __slots__ = ("_interrupted_at", "_pause", "paused_until")
+    __slots__ = ("_idle_before", "_interrupted_at", "_pause", "_paused_at", "paused_until")
 
     def __init__(self) -> None:
         self.paused_until = 0.0
-        self._interrupted_at = -math.inf
+        self._interrupted_at = self._paused_at = -math.inf
         self._pause = 0.0
+        self._idle_before: float | None = None  # when the pause began; None: it need not be compared
+
+    def may_poll(self, now: float) -> bool:
+        """Return whether to poll at a time."""
+        if now < self.paused_until:
+            return False
+        if self._idle_before is None:
+            return True
+        idle = idle_time()
+        if idle is not None and idle - self._idle_before < _MIN_IDLE * (now - self._paused_at):
+            self._interrupted_at = now
+            self._begin_pause(now, MAX_PAUSE, idle)
+            return False
+        self._idle_before = None
+        return True
 
     def is_interrupted(self, previous: float, now: float) -> bool:
         """Return whether another program ran between two consecutive polls at these times; if so, begin a pause."""
         if now - previous <= PREEMPTION_GAP:
             return False
         is_frequent = now - self._interrupted_at < 3 * self._pause
-        self._pause = min(2 * self._pause, MAX_PAUSE) if is_frequent else MIN_PAUSE
+        pause = min(2 * self._pause, MAX_PAUSE) if is_frequent else MIN_PAUSE
         self._interrupted_at = now
-        self.paused_until = now + self._pause
+        self._begin_pause(now, pause, idle_time() if pause >= _CHECKED_PAUSE else None)
         return True
+
+    def _begin_pause(self, now: float, pause: float, idle: float | None) -> None:
+        self._pause, self._paused_at, self._idle_before = pause, now, idle
+        self.paused_until = now + pause
+
+
+def idle_time() -> float | None:
+    """Return for how many seconds processors have been idle, in total; None if the system does not tell."""
+    try:
+        with open("/proc/uptime", "rb") as file:
+            return float(file.read(64).split()[1])
+    except (OSError, ValueError, IndexError):
+        return None
 
 
 class SpinWait:
@@ -90,7 +123,7 @@ class SpinWait:
             self._was_short
             and DONTWAIT
             and start - self._last_wait_ended_at < MAX_SERIES_GAP
-            and start > self._guard.paused_until
+            and self._guard.may_poll(start)
         ):
             self._was_short = False
             while now - start < SPIN_TIME:

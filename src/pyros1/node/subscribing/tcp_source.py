@@ -145,7 +145,7 @@ class TcpSource:
         seconds, or since the machine is busy.
         """
         now = perf_counter()
-        if now < self._poll_guard.paused_until:
+        if not self._poll_guard.may_poll(now):
             return None
         free_space, receive, deadline = self.buffer.writable(), self.sock.recv_into, now + BUSY_POLL_TIME
         while now < deadline:
