@@ -82,14 +82,17 @@ def main() -> int:
     print(f"running {' '.join(tests)} to see which test reaches which line", flush=True)
     with tempfile.TemporaryDirectory(prefix="mutants-") as folder:
         reached, seconds = reach(Path(folder) / "reach", tests)
-        cases = [
-            Case(file, mutant, tests_at(reached, file, mutant))
+        found = [
+            (file, mutant)
             for file in files
             for mutant in mutants((ROOT / file).read_bytes())
             if line in (None, mutant.line)
         ]
-        if options.sample is not None and options.sample < len(cases):
-            cases = [cases[index] for index in choose([case.name for case in cases], options.sample, options.seed)]
+        if options.sample is not None and options.sample < len(found):
+            texts = {file: (ROOT / file).read_text() for file in files}
+            names = [name_of(file, texts[file], mutant) for file, mutant in found]
+            found = [found[index] for index in choose(names, options.sample, options.seed)]
+        cases = [Case(file, mutant, tests_at(reached, file, mutant)) for file, mutant in found]
         print(f"{len(cases)} mutants; the unchanged tests took {seconds:.0f} s", flush=True)
         result = run(cases, options.jobs, Path(folder), diffs=line is not None)
     return report(result, len(cases), options.seed)
