@@ -158,7 +158,7 @@ def page() -> str:
 
 
 def scan(folders: list[str]) -> str:
-    """Return the table for git repositories, each in the newest branch for a distribution of ROS 1."""
+    """Return the table for git repositories, each in the newest branch for a ROS 1 distribution."""
     tags: dict[tuple[str, str, str], list[str]] = defaultdict(list)
     heads = []
     for folder in sorted(folders):

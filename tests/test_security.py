@@ -56,7 +56,7 @@ ALLOWED = {
     "bridge/transport/certificates.py: importlib.import_module": "the same",
     "robot_nodes/diagnostic_aggregator/match_ways.py: importlib.import_module": "the same",
     "launch/remote/agent.py: importlib.import_module": "the same",
-    "ros2/rclpy_side/type_classes.py: importlib.import_module": "installed packages of ROS 2 that define the type",
+    "ros2/rclpy_side/type_classes.py: importlib.import_module": "installed ROS 2 packages that define the type",
     "drop_in/module_attributes.py: importlib.import_module": "the same",
     "drop_in/message_modules.py: importlib.import_module": "packages that the program itself imports",
     "drop_in/start/pyros1_modules.py: __import__": "the module that the program itself imports, from behind ours",

@@ -2,7 +2,7 @@
 
 Columns of the groups master, start, launch and codec: the third one is rosmaster, rospy and rostopic, roslaunch, and
 genpy. In the group bags the second one is stock's recorder and player, the third one rosbag in Python, or rosbags.
-In the group rospy the first one is rospy of pyros1, the second one pyros1's own Node.
+In the group rospy the first one is pyros1's rospy, the second one pyros1's own Node.
 """
 
 from __future__ import annotations

@@ -22,7 +22,7 @@ pytestmark = pytest.mark.ours_only
 
 PACKAGE = """<package format="2"><name>telling</name><version>1.0.0</version><description>Nodes.</description>
 <maintainer email="a@example.org">a</maintainer><license>BSD</license></package>"""
-# Tells what it has been given; the environment without what a shell sets itself, and without our modules.
+# Prints what it has been given; the environment without what a shell sets itself, and without our modules.
 TELL = """#!/usr/bin/python3
 import os, sys
 name = [word for word in sys.argv if word.startswith("__name:=")][0][8:]

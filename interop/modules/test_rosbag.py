@@ -1,6 +1,6 @@
 """The module rosbag: stock's and ours write and read the same bags, and answer the same.
 
-Feature: `import rosbag` as in stock: all modes, raw messages, connection headers, reindex, exceptions -- random bags
+Feature: `import rosbag` as in stock ROS: all modes, raw messages, connection headers, reindex, exceptions -- random bags
     and the recipes of the wiki's cookbook, compared with stock's module; writes 4 to 7 times, reads 3 times as many
     messages per second
 """

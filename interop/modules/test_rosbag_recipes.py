@@ -1,6 +1,6 @@
 """What programs do with rosbag: recipes as in the wiki's cookbook, on stock's module and ours.
 
-Feature: `import rosbag` as in stock: all modes, raw messages, connection headers, reindex, exceptions
+Feature: `import rosbag` as in stock ROS: all modes, raw messages, connection headers, reindex, exceptions
 """
 
 from __future__ import annotations

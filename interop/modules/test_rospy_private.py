@@ -1,4 +1,4 @@
-"""Private places of rospy that programs reach into: what is there is as in stock; the rest raises an error that says so."""
+"""Private places of rospy that programs reach into: what is there is as in stock ROS; the rest raises an error that says so."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A program of ROS 2 with an action server and an action client, written with rclpy.
+"""A ROS 2 program with an action server and an action client, written with rclpy.
 
 `python rclpy_actions_peer.py` serves ``/ros2_fib`` of type test_msgs/action/Fibonacci: five numbers per second; it
 aborts goals that are negative. Then it sends two goals to ``/ros1_fib``, of which it cancels the second one after its

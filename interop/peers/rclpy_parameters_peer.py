@@ -1,4 +1,4 @@
-"""A node of ROS 2 with parameters, written with rclpy.
+"""A ROS 2 node with parameters, written with rclpy.
 
 `python rclpy_parameters_peer.py` is the node ``/ros2_camera``, with the same parameters as that of
 `ros2_sdk_parameters_peer.py`, and those that rclpy adds. It understands the same lines, and prints the same.

@@ -1,4 +1,4 @@
-"""A program of ROS 2, written with rclpy.
+"""A ROS 2 program, written with rclpy.
 
 `python rclpy_peer.py` publishes ``from ROS 2 1``, ``from ROS 2 2`` and so on on ``/from_ros2``, five times per second,
 and ``from ROS 2`` on ``/both``. Two of its nodes have each published a latched message on ``/ros2_places``. It prints

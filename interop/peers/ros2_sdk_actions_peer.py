@@ -1,4 +1,4 @@
-"""A program of ROS 2 with an action server and an action client, written with zenoh-ros2-sdk.
+"""A ROS 2 program with an action server and an action client, written with zenoh-ros2-sdk.
 
 The SDK has no actions of its own, but all that they consist of: three services and two topics. `python
 ros2_sdk_actions_peer.py PORT` serves ``/ros2_test`` of type actionlib/action/Test: it accepts goals that are not

@@ -1,4 +1,4 @@
-"""A program of ROS 2, written with zenoh-ros2-sdk, with a type of its own, and with a log.
+"""A ROS 2 program, written with zenoh-ros2-sdk, with a type of its own, and with a log.
 
 `python ros2_sdk_mapping_peer.py PORT LOG_HASH FLAT_HASH` logs ``hot 1``, ``hot 2`` and so on as errors, five times per
 second, publishes the same numbers on ``/flat_from_ros2``, and prints what it gets on ``/flat_from_ros1``. It ends with

@@ -1,4 +1,4 @@
-"""A node of ROS 2 with parameters, written with zenoh-ros2-sdk, which encodes its messages by the rosbags library.
+"""A ROS 2 node with parameters, written with zenoh-ros2-sdk, which encodes its messages by the rosbags library.
 
 `python ros2_sdk_parameters_peer.py PORT` is the node ``/ros2_camera`` with the parameters ``rate`` (an integer from 1
 to 9, which must be odd), ``gains.p``, ``frame``, ``use_sim_time`` and the array ``limits``. A line ``rate 3`` of its

@@ -1,4 +1,4 @@
-"""A program of ROS 2, written with zenoh-ros2-sdk, which speaks rmw_zenoh's protocol by itself.
+"""A ROS 2 program, written with zenoh-ros2-sdk, which speaks rmw_zenoh's protocol by itself.
 
 `python ros2_sdk_peer.py PORT` publishes ``from ROS 2 1``, ``from ROS 2 2`` and so on on ``/from_ros2``, five times per
 second, prints what it gets on ``/from_ros1`` and the latched ``/map_name``, and offers the service ``/ros2_switch``.

@@ -1,4 +1,4 @@
-"""Stock nodes of ROS 1 with `pyros1 bridge ros2` and a program of ROS 2 at its other side."""
+"""Stock ROS 1 nodes with `pyros1 bridge ros2` and a ROS 2 program at its other side."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ rospy.spin()
 
 
 class Sides:
-    """A stock master, the bridge, and a program of ROS 2, which uses zenoh-ros2-sdk."""
+    """A stock master, the bridge, and a ROS 2 program, which uses zenoh-ros2-sdk."""
 
     def __init__(self, master: Master) -> None:
         self.master = master
@@ -64,7 +64,7 @@ class Sides:
         return subprocess.run(command, env=environ, capture_output=True, text=True, timeout=START, check=True).stdout
 
     def wait_called(self, word: str, pattern: str) -> None:
-        """Let ROS 2 call the service of ROS 1 until it gets a certain response: it may not be there yet."""
+        """Let ROS 2 call the ROS 1 service until it gets a certain response: it may not be there yet."""
 
         def is_called() -> bool:
             before = len(self.ros2.lines)

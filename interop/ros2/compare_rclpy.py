@@ -204,7 +204,7 @@ def compare_pairs(types: dict[str, MessageType]) -> None:
 
 
 def encode(message: Any) -> bytes:
-    """Return a message of ROS 1 as bytes."""
+    """Return a ROS 1 message as bytes."""
     buffer = io.BytesIO()
     message.serialize(buffer)
     return buffer.getvalue()

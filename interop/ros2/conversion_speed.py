@@ -38,7 +38,7 @@ def messages() -> dict[str, Any]:
 
 
 def store() -> Any:
-    """Return rosbags' types of ROS 2."""
+    """Return rosbags' ROS 2 types."""
     found = get_typestore(Stores.ROS2_JAZZY)
     if "tf2_msgs/msg/TFMessage" not in found.fielddefs:
         found.register(get_types_from_msg("geometry_msgs/TransformStamped[] transforms", "tf2_msgs/msg/TFMessage"))

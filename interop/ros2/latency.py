@@ -90,7 +90,7 @@ def talk(publish: Callable[[], object], rate: int, seconds: float) -> None:
 
 
 def run_rospy(role: str, type_name: str, rate: int, seconds: float) -> None:
-    """Be a node of ROS 1."""
+    """Be a ROS 1 node."""
     import rospy  # only in stock's Python
     import sensor_msgs.msg
     import std_msgs.msg
@@ -110,7 +110,7 @@ def run_rospy(role: str, type_name: str, rate: int, seconds: float) -> None:
 
 
 def run_rclpy(role: str, type_name: str, rate: int, seconds: float) -> None:
-    """Be a node of ROS 2."""
+    """Be a ROS 2 node."""
     import threading
     from importlib import import_module
 

@@ -1,4 +1,4 @@
-"""By hand: prints which standard types of ROS 2 are in ROS 1 too, and which differ; see interop/ros2.md.
+"""By hand: prints which standard ROS 2 types are in ROS 1 too, and which differ; see interop/ros2.md.
 
 `python interop/ros2/pairs.py` takes the types of the wheels that compare_rclpy.py needs, in the same environment;
 `python interop/ros2/pairs.py humble` takes the messages of a distribution that rosbags knows.
@@ -60,7 +60,7 @@ def find_pairs(types: Types) -> Iterator[Pair]:
 
 
 def _specs(library: Library, ros1: str, folder: str, suffix: str) -> Mapping[str, MessageSpec]:
-    """Return the definition of a type of ROS 1, and of all types that it uses."""
+    """Return the definition of a ROS 1 type, and of all types that it uses."""
     if folder == "srv":
         service = library.service(ros1.removesuffix(suffix))
         spec = service.request if suffix == "Request" else service.response

@@ -1,4 +1,4 @@
-"""Parameters of nodes of ROS 2, with stock's dynparam and dynamic_reconfigure's client.
+"""Parameters of ROS 2 nodes, with stock's dynparam and dynamic_reconfigure's client.
 
 The node is written with zenoh-ros2-sdk and, where PYROS1_ROS2_PYTHON names a Python that has it (see `test_rclpy.py`),
 with rclpy.
@@ -44,7 +44,7 @@ rospy.spin()
 
 
 class Sides:
-    """A stock master, the bridge, and the node of ROS 2."""
+    """A stock master, the bridge, and the ROS 2 node."""
 
     def __init__(self, master: Master, way: str) -> None:
         self.master = master

@@ -1,4 +1,4 @@
-"""Stock nodes of ROS 1 and nodes of ROS 2 itself, with `pyros1 bridge ros2 --via rclpy` between them.
+"""Stock ROS 1 nodes and nodes of ROS 2 itself, with `pyros1 bridge ros2 --via rclpy` between them.
 
 They run only where PYROS1_ROS2_PYTHON names a Python that has rclpy and pyros1, so not in CI. ROS 2 comes as wheels,
 for Linux on x86_64::
@@ -158,7 +158,7 @@ def test_actions_both_ways(sides: RclpySides, tmp_path: Path) -> None:
     sides.start_bridge("--mapping", str(mapping)).wait_line("^bridge to ROS 2", START)
     run = ("env", f"ROS_PACKAGE_PATH={tmp_path}", sys.executable, "-m", "pyros1", "run", "fibonacci")
     sides.start("ours", "server", *run, "server")
-    ros2 = sides.start("ours", "actions of ROS 2", PYTHON, str(ACTIONS_PEER))
+    ros2 = sides.start("ours", "ROS 2 actions", PYTHON, str(ACTIONS_PEER))
     client = sides.start("ours", "client", *run, "client")
     client.wait_line("^end 3 0 1 1 2 3$", START)
     client.wait_line(r"^end 2 0 1 1\b", START)

@@ -1,4 +1,4 @@
-"""Stock nodes of ROS 1 and a program of ROS 2 that is not ours, with `pyros1 bridge ros2` between them.
+"""Stock ROS 1 nodes and a ROS 2 program that is not ours, with `pyros1 bridge ros2` between them.
 
 Feature: topics of ROS 2 nodes that use rmw_zenoh -- with stock's rospy, and with zenoh-ros2-sdk at the other side
 Feature: services of ROS 2 nodes that use rmw_zenoh -- with stock's rospy, and with zenoh-ros2-sdk at the other side

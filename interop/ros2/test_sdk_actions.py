@@ -1,4 +1,4 @@
-"""Stock's actionlib and a program of ROS 2 that is not ours, with `pyros1 bridge ros2` between them.
+"""Stock's actionlib and a ROS 2 program that is not ours, with `pyros1 bridge ros2` between them.
 
 Feature: actions of ROS 2 nodes that use rmw_zenoh -- with stock's actionlib, and with zenoh-ros2-sdk at the other side
 """
@@ -54,7 +54,7 @@ for number, cancels in ((3, False), (50, True), (-1, False)):
 
 
 class Sides:
-    """A stock master, the bridge, and the program of ROS 2."""
+    """A stock master, the bridge, and the ROS 2 program."""
 
     def __init__(self, master: Master) -> None:
         self.master = master

@@ -1,4 +1,4 @@
-"""Other names in ROS 2, and its log: stock nodes of ROS 1, and a program of ROS 2 that is not ours.
+"""Other names in ROS 2, and its log: stock ROS 1 nodes, and a ROS 2 program that is not ours.
 
 Feature: mapping rules of ros1_bridge for `pyros1 bridge ros2` -- with stock's rostopic, and zenoh-ros2-sdk
 Feature: ROS 2's log in `pyros1 console` and rosout_agg -- with stock's rosout, and zenoh-ros2-sdk

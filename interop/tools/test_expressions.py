@@ -1,6 +1,6 @@
 """Expressions as public recipes have them: of `bag filter`, `topic echo --filter`, `transform` and $(eval ...).
 
-Each has the same result as in stock; `expressions_stock.py` asks stock's tools.
+Each has the same result as in stock ROS; `expressions_stock.py` asks stock's tools.
 """
 
 from __future__ import annotations

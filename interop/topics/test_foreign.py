@@ -100,7 +100,7 @@ HEADERS: dict[str, Callable[[dict[bytes, bytes], random.Random], None]] = {
     "without md5": lambda fields, _: fields.pop(b"md5sum") and None,
     "any type": lambda fields, _: fields.update({b"type": b"*"}),
     "no such type": lambda fields, _: fields.update({b"type": b"own_msgs/Thing"}),
-    "a type of ROS 2": lambda fields, _: fields.update({b"type": fields[b"type"].replace(b"/", b"/msg/")}),
+    "a ROS 2 type": lambda fields, _: fields.update({b"type": fields[b"type"].replace(b"/", b"/msg/")}),
     "another type": lambda fields, _: fields.update({b"type": b"std_msgs/Float32"}),
     "an empty type": lambda fields, _: fields.update({b"type": b""}),
     "without type": lambda fields, _: fields.pop(b"type") and None,

@@ -1,4 +1,4 @@
-"""The names of stock's modules that public programs use: counted in 44 public packages of ROS 1, 1,185 files, and found
+"""The names of stock's modules that public programs use: counted in 44 public ROS 1 packages, 1,185 files, and found
 by searching public code for names of the inner modules.
 
 ``used_names.txt`` has those that stock of ROS 1's last release has.

@@ -24,7 +24,7 @@ def test_p26_normalisation() -> None:
 
 @pytest.mark.parametrize("array", [np.array(1.5), np.array([1.5]), np.array([[1.5]], "float32")], ids=repr)
 def test_arrays_of_one_number_are_seconds(array: Any) -> None:
-    """As in stock with earlier versions of numpy."""
+    """As in stock ROS with earlier versions of numpy."""
     for value in (Duration(array), Duration(array, 0), Duration.from_sec(array), Time(array), Time.from_sec(array)):
         assert (value.secs, value.nsecs) == (1, 500_000_000)
     assert Duration(1, array.astype(int)) == Duration(1, 1)

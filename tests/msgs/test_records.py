@@ -168,7 +168,7 @@ def test_too_few_bytes() -> None:
 
 
 def test_byte_arrays_that_are_cut() -> None:
-    """As in stock, a cut array of bytes counts; in a numpy array, which has one shape, zeros stay in its place."""
+    """As in stock ROS, a cut array of bytes counts; in a numpy array, which has one shape, zeros stay in its place."""
     cls: Any = from_definition("p/T", f"uint8[2] c\nA[1] a\nuint8[4] b\n{SEPARATOR}\nMSG: p/A\nuint8[2] u")
     message = decoded(cls, b"cceex")
     assert (bytes(message.c), message.a["u"].tolist(), bytes(message.b)) == (b"cc", [[101, 101]], b"x")

@@ -80,7 +80,7 @@ def test_other_faults_are_still_faults() -> None:
 @pytest.mark.parametrize("behind", [b"", b"\xff\xff\xff", bytes(20)], ids=["end", "text", "zeros"])
 @pytest.mark.parametrize("text", ["string t", "Inner i", "Inner[1] i", "uint8[] t", "char[] t"])
 def test_the_end_of_the_last_string_may_be_missing(text: str, behind: bytes) -> None:
-    """As in stock. ``behind`` are the bytes that follow in the buffer: the next message."""
+    """As in stock ROS. ``behind`` are the bytes that follow in the buffer: the next message."""
     nested = f"{SEPARATOR}MSG: p/Inner\nstring t\nEmpty[2] e{SEPARATOR}MSG: p/Empty\n"
     cls = make(f"string first\n{text}{nested}")
     head = block(b"a\xffc")
@@ -120,7 +120,7 @@ def decoded(cls: Any, data: bytes, behind: bytes, view: Any = None, *, exact: bo
     ],
 )
 def test_arrays_of_fixed_length_at_the_end_may_be_shorter(text: str, sent: str, shown: list[str], view: Any) -> None:
-    """As in stock: `interop/topics/test_messages.py`."""
+    """As in stock ROS: `interop/topics/test_messages.py`."""
     cls, data = make(text), bytes.fromhex(sent)
     message = decoded(cls, data, b"\xff\xff\xff", view)
     assert [bytes(getattr(message, name)).hex() for name in ("t", "u") if name in cls.__slots__] == shown

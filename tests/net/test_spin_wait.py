@@ -176,7 +176,7 @@ def test_pauses_double_while_the_machine_is_busy() -> None:
     guard, now = PollGuard(), 100.0
     pauses = []
     for _ in range(9):
-        assert guard.is_interrupted(now - 2 * PREEMPTION_GAP, now)
+        assert guard.note_poll(now - 2 * PREEMPTION_GAP, now)
         pauses.append(guard.paused_until - now)
         now = guard.paused_until + 0.003  # the next poll is interrupted at once
     assert pauses == pytest.approx([*(MIN_PAUSE * 2**n for n in range(7)), MAX_PAUSE, MAX_PAUSE])
@@ -185,17 +185,17 @@ def test_pauses_double_while_the_machine_is_busy() -> None:
 def test_rare_interruptions_pause_briefly() -> None:
     guard, now = PollGuard(), 100.0
     for _ in range(5):
-        assert guard.is_interrupted(now - 2 * PREEMPTION_GAP, now)
+        assert guard.note_poll(now - 2 * PREEMPTION_GAP, now)
         assert guard.paused_until - now == pytest.approx(MIN_PAUSE)
-        assert not guard.is_interrupted(now + 0.02, now + 0.02 + PREEMPTION_GAP / 2)
+        assert not guard.note_poll(now + 0.02, now + 0.02 + PREEMPTION_GAP / 2)
         now += 4 * MIN_PAUSE
 
 
 def test_after_a_busy_time_the_first_interruption_is_a_rare_one_again() -> None:
     guard, now = PollGuard(), 100.0
     for _ in range(9):
-        guard.is_interrupted(now - 2 * PREEMPTION_GAP, now)
+        guard.note_poll(now - 2 * PREEMPTION_GAP, now)
         now = guard.paused_until
     now += 2.1 * MAX_PAUSE
-    assert guard.is_interrupted(now - 2 * PREEMPTION_GAP, now)
+    assert guard.note_poll(now - 2 * PREEMPTION_GAP, now)
     assert guard.paused_until - now == pytest.approx(MIN_PAUSE)

@@ -1,4 +1,4 @@
-"""Which type of ROS 1 is which type of ROS 2."""
+"""Which ROS 1 type is which ROS 2 type."""
 
 from __future__ import annotations
 

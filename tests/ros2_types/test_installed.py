@@ -1,4 +1,4 @@
-"""Definitions of ROS 2 in folders."""
+"""ROS 2 definitions in folders."""
 
 from __future__ import annotations
 

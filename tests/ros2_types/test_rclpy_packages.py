@@ -1,4 +1,4 @@
-"""The types of installed packages of ROS 2, from their share folders."""
+"""The types of installed ROS 2 packages, from their share folders."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Names are remapped once, wherever they enter: under ``a:=b b:=c``, ``a`` is ``/b``, as in stock.
+"""Names are remapped once, wherever they enter: under ``a:=b b:=c``, ``a`` is ``/b``, as in stock ROS.
 
 Except where stock remaps twice, as mux and demux do (O30)."""
 
@@ -52,7 +52,7 @@ def robot(node: Node, environ: dict[str, str]) -> Iterator[Robot]:
 
 def record(node: Node, robot: Robot, name: str) -> None:
     (topic,) = TopicSearch(node, TopicSelection([name])).new_topics()
-    assert topic == "/a"  # its name in the bag, as in stock (O30)
+    assert topic == "/a"  # its name in the bag, as in stock ROS (O30)
     node.subscribe(topic, AnyMsg, print)
 
 

@@ -121,7 +121,7 @@ def summarize(bag: BagReader, *, frequencies: bool = False) -> Summary:
     topics = summarize_topics(bag, ids_by_topic, frequencies=frequencies or is_old)
     version = "1.2" if is_old else "2.0"
     is_indexed = bag.file.index_pos > 0 if is_old else not bag.was_scanned
-    # As in stock, these are the times of the index's first and last chunk, even if the index is unsorted.
+    # As in stock ROS, these are the times of the index's first and last chunk, even if the index is unsorted.
     start, end = (bag.start, bag.end) if is_old or not chunks else (chunks[0].start, chunks[-1].end)
     return Summary(
         path=bag.path,
@@ -183,7 +183,9 @@ def _compute_frequencies(bag: BagReader, ids_by_topic: Mapping[str, list[int]]) 
             times[conn_id].append(stamp / NS_PER_S)
     frequency_by_topic = {}
     for name, conn_ids in ids_by_topic.items():
-        stamps = heapq.merge(*(times[conn_id] for conn_id in conn_ids))  # as in stock, out of order if chunks overlap
+        stamps = heapq.merge(
+            *(times[conn_id] for conn_id in conn_ids)
+        )  # as in stock ROS, out of order if chunks overlap
         periods = array("d", (later - earlier for earlier, later in pairwise(stamps)))
         period = median(periods) if periods else 0.0
         if period > 0:

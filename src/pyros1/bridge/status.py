@@ -232,7 +232,7 @@ def status_lines(status: Mapping[str, Any]) -> Iterator[str]:
         more = len(nodes) - _NAMED
         yield f"  nodes: {' '.join(nodes[:_NAMED])}" + (f" and {more} more" if more > 0 else "")
     elif dialect == ROS2:
-        yield "  no nodes of ROS 2 found"
+        yield "  no ROS 2 nodes found"
     elif not status["sites"]:
         yield "  no topics or services that are taken found yet" if dialect else "  no other site found yet"
     yield from _table("sends", status["sent"], _sent_cells)

@@ -332,7 +332,7 @@ INDEX: dict[str, tuple[Any, ...]] = {
     ),
     'setup': (
         'setup',
-        'set up a shell: source <(pyros1 setup) adds rostopic, roscd and other commands of ROS 1, and completion',
+        'set up a shell: source <(pyros1 setup) adds rostopic, roscd and other ROS 1 commands, and completion',
         'machine',
         '',
         {},

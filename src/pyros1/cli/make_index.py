@@ -100,7 +100,7 @@ def _command_rows() -> Iterator[tuple[str, str, str]]:
 def _test_files(document_text: str) -> Mapping[str, list[str]]:
     """Return the test files that interop/commands.md names for each verb.
 
-    In rows of that file, a command without a verb stands for all of its verbs that stock's tool has.
+    In rows of that file, a command without a verb stands for all of its verbs that the stock tool has, too.
     """
     files_by_verb: dict[str, set[str]] = {}
     for verbs_cell, tests_cell in _FEATURE_ROW.findall(document_text):

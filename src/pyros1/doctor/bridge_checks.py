@@ -117,7 +117,7 @@ def _check_links(statuses: _Statuses, system: System) -> Iterator[Finding]:
         yield Finding(
             "bridge-ros2-alone",
             WARNING,
-            "The following bridges have found no nodes of ROS 2:",
+            "The following bridges have found no ROS 2 nodes:",
             "check that nodes run there with the bridge's RMW_IMPLEMENTATION and ROS_DOMAIN_ID (pyros1 bridge status "
             "shows it), and that ros2 node list finds them on the bridge's machine",
             items,
@@ -136,7 +136,7 @@ def _check_links(statuses: _Statuses, system: System) -> Iterator[Finding]:
         yield Finding(
             "bridge-ros2-alone",
             WARNING,
-            "The following bridges have found no nodes of ROS 2:",
+            "The following bridges have found no ROS 2 nodes:",
             "check that nodes run there with RMW_IMPLEMENTATION=rmw_zenoh_cpp, with the same router, and with the "
             "bridge's ROS_DOMAIN_ID (pyros1 bridge status shows it)",
             items,

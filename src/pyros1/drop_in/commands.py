@@ -13,7 +13,7 @@ def run(tool: str, *words: str) -> int:
     shell.
 
     Args:
-        tool: the name of the tool in stock, for example ``rosbag``.
+        tool: the name of the tool in stock ROS, for example ``rosbag``.
         words: the command-line arguments.
     """
     code: int = import_module("pyros1.cli.main").entry([tool, *words])
@@ -24,7 +24,7 @@ def main(tool: str, argv: list[str] | None = None) -> None:
     """Run a tool in this process, and exit with its exit code if that is not 0.
 
     Args:
-        tool: the name of the tool in stock, for example ``rosbag``.
+        tool: the name of the tool in stock ROS, for example ``rosbag``.
         argv: the command line, which starts with the program's name; None for `sys.argv`.
     """
     code = run(tool, *(sys.argv if argv is None else argv)[1:])

@@ -1,4 +1,4 @@
-"""Writes stubs with stock's names, for type checkers and editors (PEP 561, stub-only packages)."""
+"""Writes stub-only packages (PEP 561) for the drop-in modules under stock names, for type checkers and editors."""
 
 from __future__ import annotations
 

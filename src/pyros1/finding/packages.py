@@ -365,7 +365,7 @@ def _packages_below(
 def files_below(folder: str) -> Iterator[tuple[str, _StrList]]:
     """Yield a folder and the folders below it, each with the names of its files, in order; hidden folders are skipped.
 
-    As in stock, links to folders are followed after everything that is reached without them. Each folder is visited
+    As in stock ROS, links to folders are followed after everything that is reached without them. Each folder is visited
     once, and the parents of `folder` are never visited, so circular links are harmless.
     """
     visited = {_device_and_inode(parent) for parent in _parents(os.path.realpath(folder))}

@@ -49,7 +49,7 @@ class InvalidNameError(Error, ValueError):
 
 
 class SettingError(Error, ValueError):
-    """An environment variable, an argument of the command line, or a parameter has a value that cannot be used."""
+    """An environment variable, a command-line argument or a parameter has a value that cannot be used."""
 
 
 class MessageError(Error):
@@ -100,7 +100,7 @@ class DeserializationError(MessageError):
 class LengthError(MessageError):
     """Received bytes are a message of the expected type, but with the wrong length.
 
-    Decoders only raise this if their argument ``exact`` is True; otherwise they ignore the difference, as in stock.
+    Decoders only raise this if their argument ``exact`` is True; otherwise they ignore the difference, as in stock ROS.
 
     Args:
         type_name: the expected type, for example ``std_msgs/String``.

@@ -33,8 +33,8 @@ def set_priority(priority: int, pid: int) -> None:
     """Set the real-time priority of all threads of a process, and so of the threads and processes that they create.
 
     Args:
-        priority: 1 to 99: whenever the process has work, it runs before those of a lower priority
-            and those that have none; 0 for none.
+        priority: 1 to 99, or 0 for none. A process that has work to do runs before all processes with a lower priority
+            or none.
         pid: the process id.
 
     Raises:

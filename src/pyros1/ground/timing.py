@@ -15,7 +15,7 @@ _T = TypeVar("_T", bound="TVal")
 
 def _as_int(number: Any, name: str) -> int:
     if isinstance(number, (str, bytes)):
-        int(number)  # raises ValueError if it is not a number, as in stock
+        int(number)  # raises ValueError if it is not a number, as in stock ROS
     if isinstance(number, (str, bytes)) or not hasattr(type(number), "__int__"):
         raise TypeError(f"{name} must be a number, not {number!r:.80}")
     return int(scalar(number))
@@ -62,7 +62,7 @@ class TVal:
                 if nsecs:
                     raise ValueError("if secs is a float, nsecs cannot be set")
                 seconds = int(secs)
-                secs, nsecs = seconds, int((secs - seconds) * 1e9)  # truncated, not rounded, as in stock
+                secs, nsecs = seconds, int((secs - seconds) * 1e9)  # truncated, not rounded, as in stock ROS
             else:
                 secs = _as_int(secs, "secs")
         if nsecs.__class__ is not int:

@@ -185,7 +185,7 @@ def param_updates(subscribers: Members, key: str, value: Any, caller: str | None
 
     Subscribers of the key or of a namespace above it receive the key and its value. Subscribers of a key below it
     receive their own key and its new value, or ``{}`` if it is no longer set. Keys are sent with a trailing slash. As
-    in stock, subscribers below a key that was set to a scalar are not notified.
+    in stock ROS, subscribers below a key that was set to a scalar are not notified.
 
     Args:
         subscribers: key -> node -> API URI.

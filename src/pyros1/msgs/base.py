@@ -8,7 +8,7 @@ are first used, so that creating a class is cheap and unused functions cost noth
   buffers when it holds large arrays, which are then not copied;
 * ``cls._encode(msg)``: the body only;
 * ``cls._decode(buffer, start, end, exact=False)``: a message from ``buffer[start:end]``, which must be bytes; if
-  ``exact`` is true, bytes after the message, or a truncated last string, raise LengthError; otherwise, as in stock,
+  ``exact`` is true, bytes after the message, or a truncated last string, raise LengthError; otherwise, as in stock ROS,
   they are ignored;
 * ``cls._read(buffer, start, end)``: a message from the beginning of ``buffer[start:end]`` and the offset after it;
 * ``cls._decode_arrays(buffer, start, end, view, exact=False)``, ``cls._read_arrays(...)``: the same, but numeric arrays
@@ -176,7 +176,7 @@ class Message(metaclass=MessageType):
 
         Raises:
             DeserializationError: ``data`` is too short or is not such a message. The last string or byte array may be
-                truncated, as in stock; it is shorter then.
+                truncated, as in stock ROS; it is shorter then.
         """
         if not _is_generated(type(self)):
             return self

@@ -5,10 +5,10 @@ then goes through the bytes to find the position and the reason, which is slow. 
 stock accepts, such as a string that is not UTF-8, and decoding is tried again. The decoder itself only checks what
 limits memory and time (the number of elements against the remaining bytes), and that the message ends where it should.
 Reading beyond ``end`` in a larger buffer is harmless, since the final position is wrong then. Bytes after the message
-are ignored, as in stock, unless ``exact`` is true.
+are ignored, as in stock ROS, unless ``exact`` is true.
 
-Times keep both numbers as they were sent, even a billion nanoseconds or more. As in stock, only times that are fields
-of the top-level message are normalised, not the times in its header or in other nested messages.
+Times keep both numbers as they were sent, even a billion nanoseconds or more. As in stock ROS, only times that are
+fields of the top-level message are normalised, not the times in its header or in other nested messages.
 
 The objects of an array of messages are created in bulk with ``map``, in half the time of separate calls.
 """

@@ -1,12 +1,12 @@
 """Repairs encoded messages with faults that stock accepts: strings that are not UTF-8, and a wrong length.
 
-A message is not lost because of one character in a string. Bytes that are not UTF-8 become U+FFFD, as in stock (G20),
-and this is reported once per type: by the error handler ``rosmsg`` of `codecs.register_error`, if the program has one
+A message is not lost because of one character in a string. Bytes that are not UTF-8 become U+FFFD, as in stock ROS
+(G20). This is reported once per type: by the error handler ``rosmsg`` of `codecs.register_error`, if there is one
 (our genpy module registers stock's handler), otherwise as a UnicodeWarning. Programs that turn warnings into errors
 reject such messages.
 
 Bytes after a message are ignored. If bytes are missing at the end of the last string or byte array, it becomes shorter,
-even if it is an array of fixed length, as in stock.
+even if it is an array of fixed length, as in stock ROS.
 """
 
 from __future__ import annotations

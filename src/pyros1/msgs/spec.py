@@ -138,7 +138,7 @@ def parse_message(name: str, text: str, where: str | None = None, first_line: in
 def parse_service(name: str, text: str, where: str | None = None) -> ServiceSpec:
     """Parse the text of a service definition: a request, a line that starts with ``---``, and a response (G08).
 
-    As in stock, the whole text is the request if there is no such line, and further such lines are ignored.
+    As in stock ROS, the whole text is the request if there is no such line, and further such lines are ignored.
 
     Raises:
         DefinitionError: the definition is invalid; the message names the file and the line.

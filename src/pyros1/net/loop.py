@@ -374,7 +374,7 @@ class Loop:
                 events = select(0.0)
                 yield_processor()  # let other threads run first, such as that of the client
                 previous, now = now, monotonic()
-                if self._poll_guard.is_interrupted(previous, now):
+                if self._poll_guard.note_poll(previous, now):
                     break
         events = events or select(timeout)
         now = monotonic()

@@ -72,8 +72,8 @@ class PollGuard:
         self._idle_before = None
         return True
 
-    def is_interrupted(self, previous: float, now: float) -> bool:
-        """Return whether another program ran between two consecutive polls at these times; if so, begin a pause."""
+    def note_poll(self, previous: float, now: float) -> bool:
+        """Record two successive polls. If another program ran in between, begin a pause and return True."""
         if now - previous <= PREEMPTION_GAP:
             return False
         is_frequent = now - self._interrupted_at < 3 * self._pause
@@ -132,7 +132,7 @@ class SpinWait:
                 except BlockingIOError:
                     yield_processor()  # the other side may need this processor
                     previous, now = now, perf_counter()
-                    if self._guard.is_interrupted(previous, now):
+                    if self._guard.note_poll(previous, now):
                         break
                     continue
                 self._was_short = True

@@ -1,1 +1,1 @@
-"""Types of ROS 2: their fields, hashes and encoding, and which types of ROS 1 they are."""
+"""ROS 2 types: their fields, hashes and encoding, and which ROS 1 types they are."""

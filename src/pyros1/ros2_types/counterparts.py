@@ -1,4 +1,4 @@
-"""Tells which type of ROS 1 is which type of ROS 2, and derives the types that ROS 2 does not have.
+"""Knows which ROS 1 type is which ROS 2 type, and derives the types that ROS 2 does not have.
 
 Without rules of the user, the names are those that bags get when they are converted (`pyros1.bag.export`), so that
 recorded and bridged topics have the same types.
@@ -34,7 +34,7 @@ _PART_SUFFIXES = ("_Request", "_Response", "_Goal", "_Result", "_Feedback")
 
 
 class Counterparts:
-    """The types of ROS 2 for those of ROS 1, and the other way around.
+    """The ROS 2 types for those of ROS 1, and the other way around.
 
     An object remembers the names that it has chosen, so use one object for a whole program.
 
@@ -92,7 +92,7 @@ class Counterparts:
     def to_ros1(self, name: str) -> str:
         """Return the name of a type in ROS 1: ``std_msgs/String`` for ``std_msgs/msg/String``.
 
-        This is the inverse of the other methods, for names that they have returned. If two types of ROS 1 are one in
+        This is the inverse of the other methods, for names that they have returned. If two ROS 1 types are one in
         ROS 2, it is the one that a rule says first, or the one with the same name: ``tf2_msgs/TFMessage``, not
         ``tf/tfMessage``.
 

@@ -1,4 +1,4 @@
-"""The types of ROS 2 whose definitions are on this machine: in packages of an installation, or of a workspace."""
+"""The ROS 2 types whose definitions are on this machine: in packages of an installation, or of a workspace."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ _MAX_MANIFEST = 1 << 16
 
 
 class PackagesError(Error, ValueError):
-    """A folder with packages of ROS 2 cannot be used."""
+    """A folder with ROS 2 packages cannot be used."""
 
 
 class InstalledTypes(Mapping[str, MessageType]):
     """Types by their full names: messages, and the parts of services and actions. Each file is read when it is needed.
 
     Args:
-        folders: folders with packages of ROS 2, at any depth up to 8: a workspace's ``src`` or ``install``, or
+        folders: folders with ROS 2 packages, at any depth up to 8: a workspace's ``src`` or ``install``, or
             ``/opt/ros/jazzy``.
 
     Raises:
@@ -94,7 +94,7 @@ def _definitions(top: Path) -> Iterator[tuple[str, Path]]:
             try:
                 name = full_type_name(f"{package}/{kind}/{stem}") if ending == kind else ""
             except DefinitionError:
-                continue  # not a definition of ROS 2
+                continue  # not a ROS 2 definition
             for part in PARTS[kind] if name else ():
                 yield name + part, path / file
 

@@ -11,7 +11,7 @@ from pyros1.ros2_types.log_levels import LOG_LEVELS, ValueRule
 MOVED_MESSAGES: Mapping[str, str] = MappingProxyType(
     {"tf/tfMessage": "tf2_msgs/msg/TFMessage", "rosgraph_msgs/Log": "rcl_interfaces/msg/Log"}
 )
-"""Message types of ROS 1 that have another name in ROS 2; for bags, too."""
+"""ROS 1 message types that have another name in ROS 2; for bags, too."""
 MOVED_SERVICES: Mapping[str, str] = MappingProxyType(
     {
         "roscpp_tutorials/TwoInts": "example_interfaces/srv/AddTwoInts",
@@ -22,7 +22,7 @@ MOVED_SERVICES: Mapping[str, str] = MappingProxyType(
 MOVED_TO_ROS1: Mapping[str, str] = MappingProxyType(
     {"rcl_interfaces/msg/Log": "rosgraph_msgs/Log", "example_interfaces/srv/AddTwoInts": "roscpp_tutorials/TwoInts"}
 )
-"""Types of ROS 2 that have another name in ROS 1. tf2_msgs/msg/TFMessage has not: it is there under both names."""
+"""ROS 2 types that have another name in ROS 1. tf2_msgs/msg/TFMessage has not: it is there under both names."""
 
 _NO_VALUES: Mapping[str, ValueRule] = MappingProxyType({})
 

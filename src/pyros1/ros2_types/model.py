@@ -1,4 +1,4 @@
-"""The types of ROS 2 (https://docs.ros.org/en/jazzy/Concepts/Basic/About-Interfaces.html), as far as they matter for
+"""The ROS 2 types (https://docs.ros.org/en/jazzy/Concepts/Basic/About-Interfaces.html), as far as they matter for
 encoding and hashing: no defaults, no constants. No I/O.
 """
 

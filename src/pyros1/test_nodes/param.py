@@ -38,5 +38,5 @@ def _test_param(node: Node) -> None:
         if value is None:
             pause(node, POLL_INTERVAL)
     require(value is not None, f"{node.resolve(name)} was not set within {timeout:g} s")
-    # As in stock, if the expected value is 0, False or empty, any value is accepted.
+    # As in stock ROS, if the expected value is 0, False or empty, any value is accepted.
     require(not expected or value == expected, f"{node.resolve(name)} should be {expected!r}, but is {value!r}")

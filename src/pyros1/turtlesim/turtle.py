@@ -12,7 +12,7 @@ PIXELS_PER_UNIT = 45
 WORLD_SIZE = 11.088889122009277
 """Width and height of the world, in the units of poses; x points to the right, y upwards.
 
-This is (PICTURE_SIZE - 1) / PIXELS_PER_UNIT as a 32-bit float, calculated as in stock.
+This is (PICTURE_SIZE - 1) / PIXELS_PER_UNIT as a 32-bit float, calculated as in stock ROS.
 """
 STEP_PERIOD = 0.016
 """Seconds that a step simulates."""

@@ -49,7 +49,7 @@ class JointStatePublisher:
             self._states.step()
             names, positions, velocities, efforts = self._states.message_fields()
         if not names:
-            return  # as in stock, nothing is published for a robot without movable joints
+            return  # as in stock ROS, nothing is published for a robot without movable joints
         message = JointState(name=names, position=positions, velocity=velocities, effort=efforts)
         message.header.stamp = self._node.now()
         self._publisher.publish(message)

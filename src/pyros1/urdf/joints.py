@@ -190,7 +190,7 @@ class JointStates:
         The positions, velocities or efforts are empty if no joint has such a value.
         """
         free_joints = self.free_joints.values()
-        # As in stock, positions are always published if there are followers.
+        # As in stock ROS, positions are always published if there are followers.
         has_positions = bool(self.followers) or any(joint.position is not None for joint in free_joints)
         positions = [self._position(name) for name in self.names] if has_positions else []
         has_velocities = any(joint.velocity is not None for joint in free_joints)

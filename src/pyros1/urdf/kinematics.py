@@ -11,7 +11,8 @@ from pyros1.tf.rotation import IDENTITY, Transform, multiply_normalized
 from pyros1.urdf.model import MOVING_TYPES, Joint, Robot, UrdfError
 
 FIXED_TYPES = frozenset({"fixed", "planar"})
-"""Types of joints whose child is published with a fixed pose, as in stock. Of a planar joint, only the origin is known.
+"""Types of joints whose child is published with a fixed pose, as in stock ROS. Of a planar joint, only the origin is
+known.
 """
 
 

@@ -108,7 +108,7 @@ def _check_response(header: Mapping[str, str], sent: Mapping[str, str] | None, p
     if "error" in header:
         raise ConnectionRefusedByPeerError(f"{peer} refused the connection: {one_line(header['error'])}")
     for name in required:
-        if name not in header:  # an empty field is accepted, as in stock
+        if name not in header:  # an empty field is accepted, as in stock ROS
             raise ProtocolError(f"{peer} responded without the field {name!r}")
 
 
@@ -121,8 +121,8 @@ def check_publisher_response(
 ) -> str:
     """Check a publisher's response to a subscriber's header.
 
-    Comparing the md5 sums is up to the publisher: as in stock, a subscriber accepts messages from a publisher that does
-    not compare them (T15).
+    Comparing the md5 sums is up to the publisher: as in stock ROS, a subscriber accepts messages from a publisher that
+    does not compare them (T15).
 
     Args:
         publisher: what to call the publisher in error messages, usually its API URI.

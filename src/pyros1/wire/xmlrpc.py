@@ -170,14 +170,14 @@ def _encode_uncommon(value: Any, depth: int) -> str:  # noqa: PLR0911, PLR0912 -
             number = int(value.__index__())
         except TypeError:  # an array of numbers
             raise SerializationError(
-                f"a {type(value).__name__} cannot be sent by XML-RPC: convert it to a list"
+                f"a {type(value).__name__} cannot be sent over XML-RPC: convert it to a list"
             ) from None
         if not _MIN_INT <= number <= _MAX_INT:
             raise SerializationError(f"the integer {number} does not fit into the 32 bits of XML-RPC's integers")
         return _encode_value(number, depth)
     if value is None:
-        raise SerializationError("None (null) cannot be sent by XML-RPC")
-    raise SerializationError(f"a {type(value).__name__} cannot be sent by XML-RPC")
+        raise SerializationError("None (null) cannot be sent over XML-RPC")
+    raise SerializationError(f"a {type(value).__name__} cannot be sent over XML-RPC")
 
 
 def dumps_call(method: str, params: Sequence[Any]) -> bytes:

@@ -1,6 +1,6 @@
 """bag export and bag import, as commands.
 
-Feature: bags for other programs -- `pyros1 bag export`: CSV as in stock, JSON, images, video, MCAP, ROS 2 bags
+Feature: bags for other programs -- `pyros1 bag export`: CSV as in stock ROS, JSON, images, video, MCAP, ROS 2 bags
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""MCAP files with messages of ROS 1: bag export --ros1, and bag import of what the MCAP tools write.
+"""MCAP files with ROS 1 messages: bag export --ros1, and bag import of what the MCAP tools write.
 
 Feature: small bags and MCAP files that claim to have huge contents
 Feature: MCAP files with ROS 1 messages, exported and imported unchanged -- `pyros1 bag export --ros1`, `pyros1 bag

@@ -298,7 +298,7 @@ def test_names_of_the_stock_programs(start: Start) -> None:
     names = stock_names()
     for name in ("rqt_plot", "rxplot", "rqt_console", "rxgraph", "rviz", "rqt"):
         assert names[name] == ("web", name)
-    assert "image_view" not in names  # a program of a package only, as in stock
+    assert "image_view" not in names  # a program of a package only, as in stock ROS
     server = start("--port", "0")
     link = link_in(first_line(server))
     for words, panel in (

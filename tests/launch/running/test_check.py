@@ -116,8 +116,8 @@ def test_plan_errors() -> None:
 def test_parameters_that_cannot_be_sent() -> None:
     plan = Plan(params={"/calibrated": datetime.date(2014, 5, 1), "/gain": 2.0, "/none": [None]})
     assert [str(error) for error in plan_errors(plan, Packages(), {})] == [
-        "parameter /calibrated: a date cannot be sent by XML-RPC; put it in quotes to make it a string",
-        "parameter /none: None (null) cannot be sent by XML-RPC; put it in quotes to make it a string",
+        "parameter /calibrated: a date cannot be sent over XML-RPC; put it in quotes to make it a string",
+        "parameter /none: None (null) cannot be sent over XML-RPC; put it in quotes to make it a string",
     ]
 
 

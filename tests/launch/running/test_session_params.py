@@ -83,7 +83,7 @@ def test_a_dump_that_cannot_be_written_ends_the_launch(run: Run, client: MasterC
 
 
 def test_a_value_that_cannot_be_sent_is_named(run: Run) -> None:
-    with pytest.raises(LaunchError, match=r"parameter /b: None \(null\) cannot be sent by XML-RPC"):
+    with pytest.raises(LaunchError, match=r"parameter /b: None \(null\) cannot be sent over XML-RPC"):
         run(Plan(params={"/a": 1, "/b": None}))
 
 

@@ -267,7 +267,7 @@ def test_malformed_requests_are_answered_with_an_error(server: Any, raw_peer: An
 
 
 def test_bytes_behind_a_request(server: Any, raw_peer: Any, watch_log: Any) -> None:
-    """They are ignored, as in stock, with one warning."""
+    """They are ignored, as in stock ROS, with one warning."""
     log = watch_log(server)
     server.advertise_service("s", SetBool, lambda request: (request.data, ""))
     peer = raw_peer(server).greet(service="/s", md5sum="*", callerid="/raw", persistent="1")
@@ -344,7 +344,7 @@ def test_a_response_over_the_limit(caller: Any, fake_node: Any, in_thread: Any) 
 
 
 def test_bytes_behind_a_response(caller: Any, fake_node: Any, in_thread: Any, watch_log: Any) -> None:
-    """They are ignored, as in stock, with a warning."""
+    """They are ignored, as in stock ROS, with a warning."""
     log, fake = watch_log(caller), fake_node("/fake")
     fake.master.register_service("/s", f"rosrpc://localhost:{fake.port}", fake.uri)
     call = in_thread(caller.service("s", Trigger))

@@ -1,4 +1,4 @@
-"""Messages that do not end where their bytes do are received, as in stock, with one warning for each publisher."""
+"""Messages that do not end where their bytes do are received, as in stock ROS, with one warning for each publisher."""
 
 from __future__ import annotations
 
@@ -116,7 +116,7 @@ def test_of_arrays_and_iterations(make_node: Any, fake_node: Any, collect: Any) 
 
 
 def test_a_publisher_that_does_not_check_the_md5(make_node: Any, fake_node: Any, collect: Any, watch_log: Any) -> None:
-    """Its messages come, as in stock, with a warning (T15)."""
+    """Its messages come, as in stock ROS, with a warning (T15)."""
     node, got, fake = make_node("listener"), collect(), fake_node("/fake")
     log = watch_log(node)
     fake.publish("/t")

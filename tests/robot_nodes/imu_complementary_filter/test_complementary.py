@@ -23,7 +23,7 @@ LEVEL = Reading((0.0, 0.0, 0.0), (0.0, 0.0, 9.81))
 def started(settings: Settings, reading: Reading = LEVEL) -> ComplementaryFilter:
     """Return a filter that has begun with a reading."""
     estimator = ComplementaryFilter(settings)
-    assert estimator.update(reading, 0.0) is None, "as in stock, the first reading has no output"
+    assert estimator.update(reading, 0.0) is None, "as in stock ROS, the first reading has no output"
     estimator.update(reading, 0.0)
     return estimator
 

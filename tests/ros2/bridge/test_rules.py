@@ -80,7 +80,7 @@ def test_explanation() -> None:
     assert lines == [
         "from ROS 1 to ROS 2: /odom, but not /x",
         "from ROS 2 to ROS 1: nothing",
-        "parameters of nodes of ROS 2 for dynamic_reconfigure: /arm/**",
+        "parameters of ROS 2 nodes for dynamic_reconfigure: /arm/**",
         "the log (/rosout): not exchanged",
         "never: /rosout_agg, /parameter_events, /statistics",
     ]

@@ -1,4 +1,4 @@
-"""Bridges to ROS 2 that run: with a session that does what nodes of ROS 2 do, and with each other.
+"""Bridges to ROS 2 that run: with a session that does what ROS 2 nodes do, and with each other.
 
 Feature: topics of ROS 2 nodes that use rmw_zenoh -- `pyros1 bridge ros2`, without an installation of ROS 2
 """
@@ -53,7 +53,7 @@ def string(text: str) -> bytes:
 
 
 class Ros2Peer:
-    """A session that publishes and subscribes as nodes of ROS 2 do."""
+    """A session that publishes and subscribes as ROS 2 nodes do."""
 
     def __init__(self, endpoint: str) -> None:
         self.messages: queue.Queue[tuple[str, bytes]] = queue.Queue()

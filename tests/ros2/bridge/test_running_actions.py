@@ -50,7 +50,7 @@ def numbers(*values: int) -> bytes:
 
 
 class ActionPeer(Ros2Peer):
-    """A node of ROS 2 that has an action client and server."""
+    """A ROS 2 node that has an action client and server."""
 
     def use(self, action: ActionKeys) -> None:
         """Become a client."""

@@ -1,4 +1,4 @@
-"""Actions of ROS 2 that ROS 1 uses through a running bridge.
+"""ROS 2 actions that ROS 1 uses through a running bridge.
 
 Feature: actions of ROS 2 nodes that use rmw_zenoh -- `pyros1 bridge ros2`, from ROS 1 to ROS 2
 """

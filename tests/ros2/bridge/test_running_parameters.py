@@ -1,4 +1,4 @@
-"""Parameters of nodes of ROS 2 at a running bridge: as those of a server of dynamic_reconfigure, and read by a command.
+"""Parameters of ROS 2 nodes at a running bridge: as those of a server of dynamic_reconfigure, and read by a command.
 
 Feature: parameters of ROS 2 nodes in dynamic_reconfigure's tools -- `pyros1 bridge ros2 --reconfigure`
 Feature: parameters of ROS 2 nodes, read by a command -- `pyros1 bridge param ros2:`

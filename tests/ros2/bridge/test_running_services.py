@@ -89,7 +89,7 @@ def test_ros2_calls_a_service_of_ros1(bridge: RunningBridge, peer: Ros2Peer) -> 
 
 
 class Answers:
-    """The replies to a call that is made as programs may make it that are not nodes of ROS 2."""
+    """The replies to a call that is made as programs may make it that are not ROS 2 nodes."""
 
     def __init__(self, peer: Ros2Peer, name: DataKey | str, body: bytes | None, attachment: bytes | None) -> None:
         self.replies: list[Any] = []
@@ -184,7 +184,7 @@ def test_ros1_calls_a_service_of_ros2(bridge: RunningBridge, peer: Ros2Peer) -> 
 
 
 class Call:
-    """A call of a node of ROS 1, in a thread."""
+    """A call of a ROS 1 node, in a thread."""
 
     def __init__(self, client: Any, *args: Any) -> None:
         self._result: Any = None

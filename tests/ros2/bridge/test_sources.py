@@ -1,4 +1,4 @@
-"""Which publishers of ROS 2 are gone, so that their last messages are not kept any longer."""
+"""Which ROS 2 publishers are gone, so that their last messages are not kept any longer."""
 
 from __future__ import annotations
 

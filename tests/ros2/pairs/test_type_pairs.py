@@ -1,4 +1,4 @@
-"""Which type of ROS 2 a type of ROS 1 is: by names, definitions and hashes."""
+"""Which ROS 2 type a ROS 1 type is: by names, definitions and hashes."""
 
 from __future__ import annotations
 

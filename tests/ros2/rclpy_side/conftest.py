@@ -1,4 +1,4 @@
-"""A package of ROS 2 as it is installed: Python modules, and definitions in a share folder."""
+"""A ROS 2 package as it is installed: Python modules, and definitions in a share folder."""
 
 from __future__ import annotations
 

@@ -149,7 +149,7 @@ class Network:
         self.domains: list[int | None] = []
 
     def publish(self, topic: str, body: bytes, gid: bytes) -> None:
-        """Publish a message of a node of ROS 2."""
+        """Publish a message of a ROS 2 node."""
         info = {"source_timestamp": 7} | ({"publisher_gid": {"data": gid}} if self.tells_publishers else {})
         for each in [*self.subscriptions]:
             if each.name == topic:

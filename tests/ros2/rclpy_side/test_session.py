@@ -234,7 +234,7 @@ def test_a_bridge_that_ends_while_a_service_is_called(running: Running) -> None:
     threading.Thread(target=call, daemon=True).start()
     client.requests.get(timeout=PATIENCE)
     running.session.close()
-    assert str(errors.get(timeout=PATIENCE)) == "the bridge ends", "it is not the service's fault"
+    assert str(errors.get(timeout=PATIENCE)) == "the bridge is shutting down", "it is not the service's fault"
 
 
 def test_calling_without_waiting(running: Running) -> None:
@@ -261,7 +261,7 @@ def test_calling_without_waiting(running: Running) -> None:
     start(b"garage", 0.01)
     assert "is not there" in str(answers.get(timeout=PATIENCE))
     running.session.close()
-    assert "ends" in str(answers.get(timeout=PATIENCE)) and answers.empty(), "cellar"
+    assert "shutting down" in str(answers.get(timeout=PATIENCE)) and answers.empty(), "cellar"
     with pytest.raises(ServiceRefusal, match="no connection"):
         start(b"roof")
 

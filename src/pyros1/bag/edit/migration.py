@@ -1,6 +1,6 @@
 """Converts messages from old bags to current definitions (L139, L140), with rules from files where necessary.
 
-A rule file (.bmr) is a Python program given by the user; it is executed, as in stock. It defines subclasses of
+A rule file (.bmr) is a Python program given by the user; it is executed, as in stock ROS. It defines subclasses of
 `MessageUpdateRule`. Each subclass converts messages from an old definition to a newer definition.
 """
 

@@ -305,7 +305,7 @@ class TopicSender:
     # Requests from other sites ----------------------------------------------------------------------------------------
 
     def tails(self, peer: str) -> dict[SharedName, int]:
-        """Return the number of the last message of each topic of which another site may lose none."""
+        """Return the number of the last message on each lossless topic that another site has requested."""
         return {
             shared: sent.topic.last
             for shared, sent in self._sent.items()
@@ -360,5 +360,5 @@ def _sendable_names(publishers: Iterable[str]) -> tuple[str, ...]:
 
 
 def _sendable(definition: str) -> str:
-    """Return the text of a definition; empty if it is too long to be sent, since messages can do without."""
+    """Return the text of a definition; empty if it is too long to send, since messages are usable without it."""
     return definition if len(definition) <= MAX_DEFINITION else ""

@@ -48,7 +48,7 @@ def check_dialect(name: str) -> str:
         RulesError: there is no such dialect.
     """
     if name != DIALECT:
-        raise RulesError(f"there is no dialect {name!r:.80}; use {DIALECT}, or none for bridges of pyros1")
+        raise RulesError(f"there is no dialect {name!r:.80}; use {DIALECT}, or none for pyros1 bridges")
     return name
 
 
@@ -70,7 +70,7 @@ def make_config(
     old_keys: bool = False,
     file: PluginConfig | None = None,
 ) -> PluginConfig:
-    """Return the configuration that a command line and a file stand for. The rules of the command line come first.
+    """Return the configuration that a command line and a file stand for. The rules on the command line come first.
 
     Args:
         namespace: the bridge's namespace; empty for that of the file, or none.

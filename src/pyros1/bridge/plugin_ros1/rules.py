@@ -71,7 +71,7 @@ class PluginRules:
     def incoming(self, resource: Resource) -> Local | str:
         """Return the name here of a topic or service of another bridge, or why it is not used."""
         rules = self.services if resource.kind is Kind.SERVICE else self.topics
-        names = [SharedName(namespace, resource.name) for namespace in self._read_as(resource.namespace)]
+        names = [SharedName(namespace, resource.name) for namespace in self._matching_namespaces(resource.namespace)]
         if any(denied.matches(name, self.namespace) for denied in rules.deny_take for name in names):
             return "denied by a rule"
         for shared in names:
@@ -81,7 +81,7 @@ class PluginRules:
                 return Local(name, rule) if is_topic_name(name) else f"{name:.80} is not a name in ROS"
         return "no rule takes it"
 
-    def _read_as(self, namespace: str) -> tuple[str, ...]:
+    def _matching_namespaces(self, namespace: str) -> tuple[str, ...]:
         """Return the namespaces that match another bridge's namespace, the more specific one first."""
         if namespace == ANY:
             return (self.namespace,)

@@ -203,7 +203,7 @@ class LatchedList(NamedTuple):
 
 
 class ResendRefusal(NamedTuple):
-    """Tells that no messages before `first` can be sent again."""
+    """Says that messages before `first` can no longer be sent again."""
 
     topic: SharedName
     first: int

@@ -34,8 +34,8 @@ class FileReader:
         places: file and line of the endpoints and keys that have been read so far.
 
     Raises:
-        YamlError: the text is not valid YAML.
-        RulesError: it is not valid YAML because quotation marks are missing, or a key is repeated.
+        RulesError: quotation marks are missing, or a key is repeated.
+        YamlError: the text is not valid YAML for another reason.
     """
 
     def __init__(self, text: str, where: str) -> None:

@@ -101,7 +101,7 @@ def _never_sent(access: SiteAccess, sites: Collection[str]) -> Iterator[str]:
 
 def _sent_topics(access: SiteAccess, patterns: Iterable[Pattern], sites: Collection[str]) -> Iterator[str]:
     site = access.site
-    for owner, path in _names(site, patterns, sites):
+    for owner, path in _owners_and_paths(site, patterns, sites):
         yield site_key(site, f"t/{owner}{path}")
         yield site_key(site, f"again/{'*' if owner == site else owner}/{owner}{path}")
 
@@ -128,7 +128,7 @@ def _never_taken(access: SiteAccess, sites: Collection[str]) -> Iterator[str]:
 
 def _taken_topics(access: SiteAccess, patterns: Iterable[Pattern], sites: Collection[str]) -> Iterator[str]:
     site = access.site
-    for owner, path in _names(site, patterns, sites):
+    for owner, path in _owners_and_paths(site, patterns, sites):
         sender = "*" if owner == site else owner
         yield site_key(sender, f"t/{owner}{path}")
         yield site_key(sender, f"again/{site}/{owner}{path}")
@@ -139,8 +139,8 @@ def _sent_calls(
 ) -> Iterator[str]:
     """Yield the keys of the replies of services of a site, and of its calls of others'."""
     site = access.site
-    yield from (site_key(site, f"call/*/{site}{path}") for _, path in _names(site, serve, sites))
-    yield from (site_key(site, f"call/{owner}/{owner}{path}") for owner, path in _names(site, call, sites))
+    yield from (site_key(site, f"call/*/{site}{path}") for _, path in _owners_and_paths(site, serve, sites))
+    yield from (site_key(site, f"call/{owner}/{owner}{path}") for owner, path in _owners_and_paths(site, call, sites))
 
 
 def _taken_calls(
@@ -148,12 +148,12 @@ def _taken_calls(
 ) -> Iterator[str]:
     """Yield the keys of the calls of services of a site, and of the replies to its calls of others'."""
     site = access.site
-    yield from (site_key("*", f"call/{site}/{site}{path}") for _, path in _names(site, serve, sites))
-    yield from (site_key(owner, f"call/{site}/{owner}{path}") for owner, path in _names(site, call, sites))
+    yield from (site_key("*", f"call/{site}/{site}{path}") for _, path in _owners_and_paths(site, serve, sites))
+    yield from (site_key(owner, f"call/{site}/{owner}{path}") for owner, path in _owners_and_paths(site, call, sites))
 
 
-def _names(site: str, patterns: Iterable[Pattern], sites: Collection[str]) -> Iterator[tuple[str, str]]:
-    """Yield the sites whose topics or services patterns match, each with the key expression of their names."""
+def _owners_and_paths(site: str, patterns: Iterable[Pattern], sites: Collection[str]) -> Iterator[tuple[str, str]]:
+    """Yield each site whose topics or services the patterns match, with the key expression of their names."""
     for pattern in patterns:
         owners = [each for each in sites if each != site] if pattern.site == "*" else [pattern.site or site]
         for owner in owners:

@@ -116,7 +116,7 @@ COMMAND = Command(
         *_EXCLUSIVE_PARTS,
         JSON_FLAG,
         examples=[
-            ("", "print the version of pyros1"),
+            ("", "print pyros1's version"),
             ("roscpp", "print the version of a package"),
             ("-d", "print the distribution's name"),
         ],

@@ -49,7 +49,7 @@ def launch(plan: Plan, parsed_options: Any, resources: Resources, *, title: str)
     if level not in LOG_LEVELS:
         print(f"WARNING: --master-logger-level: unknown level {level!r}", file=sys.stderr)
         level = "info"
-    # As in stock, the output is written to log files if both options are given.
+    # As in stock ROS, the output is written to log files if both options are given.
     to_screen = False if parsed_options.force_log else True if parsed_options.force_screen else None
     options = Options(
         core=parsed_options.core,

@@ -21,7 +21,7 @@ def evaluate(text: str, variables: Mapping[str, Any], functions: Mapping[str, Ca
 
     Args:
         text: the expression to evaluate.
-        variables: the launch arguments by name, as typed values. As in stock, they take precedence over Python's
+        variables: the launch arguments by name, as typed values. As in stock ROS, they take precedence over Python's
             builtins: ``map`` is an argument of that name, if there is one.
         functions: ``arg``, ``env``, ``find`` and so on; they take precedence over variables, as do the members of
             ``math``.

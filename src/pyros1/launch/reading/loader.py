@@ -68,7 +68,7 @@ def load_plan(
 
     Args:
         files: paths; ``-`` is standard input.
-        arguments: the ``name:=value`` arguments of the command line, which apply to every file. ``__ns`` is the
+        arguments: the ``name:=value`` arguments on the command line, which apply to every file. ``__ns`` is the
             namespace of everything (default: ``ROS_NAMESPACE``).
         resources: access to files, packages and the environment.
         only_args: whether to read only the ``<arg>`` tags at the top level of the files; these then need no values.
@@ -272,7 +272,7 @@ class _Loader:
             declared=set(),
             pass_all=has_pass_all,
             anonymous_names={},
-            # As in stock: private parameters that an included file sets for all its nodes also apply to nodes after
+            # As in stock ROS: private parameters that an included file sets for all its nodes also apply to nodes after
             # the <include>, but only if there were such parameters before.
             private_params=scope.private_params or [],
         )

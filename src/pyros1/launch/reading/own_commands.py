@@ -1,4 +1,4 @@
-"""Which commands of launch files run programs of pyros1, and in which environment."""
+"""Finds which commands in launch files run pyros1's own programs, and in which environment."""
 
 from __future__ import annotations
 

@@ -33,7 +33,7 @@ ROSDISTRO = "noetic\n"
 RESTART_DELAY_S = 0.2
 """Seconds before the rosout node is restarted, so that other nodes with its name cannot keep the core busy."""
 CORE_PARAMS = {"/rosdistro": ROSDISTRO, "/rosversion": ROSVERSION}
-"""Parameters that a core sets in addition to /run_id. The newlines are part of the values, as in stock."""
+"""Parameters that a core sets in addition to /run_id. The newlines are part of the values, as in stock ROS."""
 
 
 class Core:

@@ -1,9 +1,9 @@
 """Starts, supervises, restarts and stops processes as their specs say (X87-X90).
 
-All events are in one queue: a process has exited, a signal was received, a client shut down the master, a user stops a
-node. The thread in `run` waits for an event or a timer, and meanwhile checks for signals (`pyros1.net.signal_safe`).
-Nothing else is polled, except for the remaining members of an exited node's process group: only their parent could wait
-for them.
+All events go through one queue: a process has exited, a signal was received, a client shut down the master, or a user
+stopped a node. The thread in `run` waits for an event or a timer, and meanwhile checks for signals
+(`pyros1.net.signal_safe`). Nothing else is polled, except for the remaining members of an exited node's process group,
+since only their parent could wait for them.
 """
 
 from __future__ import annotations

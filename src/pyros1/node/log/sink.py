@@ -167,7 +167,7 @@ class LogSink:
         is_on_loop = isinstance(threading.current_thread(), LoopThread)
         may_wait = by_program and not is_on_loop
         if may_wait:
-            self._flush()  # write earlier messages of pyros1 first
+            self._flush()  # write pyros1's own earlier messages first
         if destinations.terminal:
             self._write_to_terminal(record, simulated, may_wait)
         if destinations.file and self._file is not None:

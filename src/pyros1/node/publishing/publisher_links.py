@@ -88,7 +88,7 @@ class PublisherLinks:
         self._pool: BlockPool | None = None
         self.change_listeners: list[Callable[[], None]] = []
         self._connection_numbers = itertools.count(1)  # for UDP
-        self._latched: dict[object, Frame] = {}  # the last message of each source, like in roscpp
+        self._latched: dict[object, Frame] = {}  # the last message of each source, as in roscpp
         # Guards sequence numbers, latched messages and links, so that all links receive messages in the same order.
         self.strand = Strand(context.loop.call_soon, self._recover)
         self._closed = False

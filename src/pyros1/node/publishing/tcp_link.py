@@ -358,7 +358,7 @@ class TcpLink:
 
 
 class WaitingLink(TcpLink):
-    """A link whose publishers wait until everything is sent, like in rospy without a queue size."""
+    """A link whose publishers wait until everything is sent, as in rospy without a queue size."""
 
     def wait(self) -> None:
         """Wait until the messages passed to `send` so far are sent, or the link is closed. Not called in the strand."""

@@ -154,7 +154,7 @@ class TcpSource:
             except BlockingIOError:
                 yield_processor()  # the publisher may need this processor
             previous, now = now, perf_counter()
-            if self._poll_guard.is_interrupted(previous, now):
+            if self._poll_guard.note_poll(previous, now):
                 break
         return None
 

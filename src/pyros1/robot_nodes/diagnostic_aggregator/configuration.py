@@ -99,7 +99,7 @@ class AnalyzerFactory:
                 raise ConfigurationError("too many groups within groups")
             group = self.make_group(path, title, specification.get("analyzers"), f"{place}/analyzers", now, depth + 1)
             if group.problems or not group.analyzers:
-                raise ConfigurationError("not all of its analyzers can be used")  # as in stock, all or none
+                raise ConfigurationError("not all of its analyzers can be used")  # as in stock ROS, all or none
             return group
         return self._make_generic(kind, path, title, PrivateParameters(specification, self._report, place), place, now)
 

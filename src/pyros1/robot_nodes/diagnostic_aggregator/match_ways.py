@@ -67,7 +67,7 @@ class _Counter:
     def _count(self, operation: str, argument: Any) -> _Part:
         if operation in _REPEATS:
             low, high, body = argument
-            low = min(int(low), MAX_NAME_LENGTH)  # more repeats of what can be empty have no fewer ways
+            low = min(int(low), MAX_NAME_LENGTH)  # more repeats cannot reduce the ways if the body can be empty
             return self._repeat(self.count_sequence(body), low, min(int(high), MAX_NAME_LENGTH))
         if operation in ("BRANCH", "GROUPREF_EXISTS"):
             branches = argument[1] if operation == "BRANCH" else argument[1:]

@@ -54,6 +54,6 @@ def output_name(name: str, removed_prefixes: Sequence[str]) -> str:
     """
     result = name.replace("/", " ")
     for prefix in filter(None, removed_prefixes):
-        # As in stock, the colon and the spaces at the start are removed even if the prefix is not there.
+        # As in stock ROS, the colon and the spaces at the start are removed even if the prefix is not there.
         result = result.removeprefix(prefix.replace("/", " ")).removeprefix(":").lstrip(" ")
     return result

@@ -163,7 +163,7 @@ class World:
 
 
 def _distances(places: Floats) -> Floats:
-    """Return the distance of each robot from each other one, infinite from itself."""
+    """Return the distances between all pairs of robots; a robot's distance from itself is infinite."""
     between = places[:, None] - places[None]
     distances = np.hypot(between[:, :, 0], between[:, :, 1])
     np.fill_diagonal(distances, np.inf)

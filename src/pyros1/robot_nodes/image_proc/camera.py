@@ -116,7 +116,7 @@ class Camera:
 
 
 def is_undistorted(info: Any) -> bool:
-    """Return whether a camera's images need no rectification: as in stock, if all coefficients are 0."""
+    """Return whether a camera's images need no rectification: as in stock ROS, if all coefficients are 0."""
     return not any(info.D)
 
 

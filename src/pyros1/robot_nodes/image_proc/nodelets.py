@@ -20,7 +20,7 @@ from pyros1.robot_nodes.shared.lazy import LazyInputs
 
 QUEUE_SIZE = 5
 QUIET = 30.0
-"""Seconds until the same problem is logged again, as in stock."""
+"""Seconds until the same problem is logged again, as in stock ROS."""
 _BILINEAR = 0
 _ALGORITHMS = {"Bilinear": _BILINEAR, "EdgeAware": 1, "EdgeAwareWeighted": 2, "VNG": 3}
 
@@ -128,7 +128,7 @@ class Rectify:
 
     def _rectified(self, image: Any, info: Any) -> Any:
         if info.K[0] and is_undistorted(info):
-            return image  # as in stock
+            return image  # as in stock ROS
         camera = Camera.from_info(info)
         if camera.size != (image.height, image.width):
             raise ImageError(

@@ -44,7 +44,7 @@ class Encoding:
 
     @property
     def is_mono(self) -> bool:
-        """Whether it has one channel that is a brightness; as in stock, images without colours count."""
+        """Whether it has one channel that is a brightness; as in stock ROS, images without colours count."""
         return self.name.startswith("mono") or self.name in ("8UC1", "16UC1")
 
     @property

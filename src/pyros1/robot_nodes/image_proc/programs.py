@@ -1,7 +1,7 @@
 """The programs of image_proc (https://wiki.ros.org/image_proc).
 
 ``image_proc`` runs debayer and two rectify in one node; the others run one each, like ``nodelet standalone
-image_proc/NAME`` in stock.
+image_proc/NAME`` in stock ROS.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from pyros1.robot_nodes.shared.parameters import PrivateParameters
 from pyros1.robot_nodes.shared.program import run_node
 
 PATIENCE = 60.0
-"""Seconds after which a missing input is reported, as in stock; once."""
+"""Seconds after which a missing input is reported, as in stock ROS; once."""
 
 
 def start_image_proc(node: Node) -> list[Any]:

@@ -93,7 +93,7 @@ class CropDecimate:
         parameters.add("interpolation", NEAREST, "sampling algorithm", minimum=0, maximum=4, choices=CROP_METHODS)
         self._crop = Crop()
         self._server = Server(node, parameters, self._on_configured)
-        # As in stock, the names of the two namespaces are remapped, not those of the topics.
+        # As in stock ROS, the names of the two namespaces are remapped, not those of the topics.
         self._source = f"{node.resolve('camera')}/image_raw"
         target = node.resolve("camera_out")
         self._images = node.advertise(f"{target}/image_raw", Image, queue_size=1)

@@ -61,7 +61,7 @@ class ComplementaryFilter(OrientationFilter[Settings]):
         self._last_rates = None
 
     def update(self, reading: Reading, seconds: float) -> Estimate | None:
-        """Return the orientation after a reading; None, as in stock, for the first. See `OrientationFilter.update`."""
+        """See `OrientationFilter.update`. As in stock ROS, the first reading gives no orientation."""
         last_rates, self._last_rates = self._last_rates, reading.rates
         if last_rates is None:
             return None

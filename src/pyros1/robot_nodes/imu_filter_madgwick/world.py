@@ -9,7 +9,7 @@ from pyros1.robot_nodes.shared.imu_readings import UnusableReadingError
 from pyros1.robot_nodes.shared.quaternions import from_rows
 from pyros1.tf.rotation import Quaternion, Vector, from_angles
 
-_MIN_ACCELERATION = 0.1  # as in stock
+_MIN_ACCELERATION = 0.1  # as in stock ROS
 _MIN_SINE = 1e-3
 """Smallest sine of the angle between up and the magnetic field that still shows where north is."""
 

@@ -36,7 +36,7 @@ class Joystick:
     published ``coalesce_interval`` after the first event. Times are in seconds.
 
     When the joystick is unplugged, one state with all axes and buttons 0 is published, and nothing afterwards: a robot
-    that is driven with an enable button must stop, even while the last state is repeated by nobody.
+    that is driven with an enable button must stop, even if nobody repeats the last state.
 
     Attributes:
         axes: positions from -1 to 1. Left and up are positive, unlike in the events.

@@ -8,7 +8,15 @@ from typing import Any
 
 import numpy as np
 
-from pyros1.robot_nodes.laser_filters.scans import FilterError, Floats, Mask, MatrixTo, changed, ranges_of, replace_rays
+from pyros1.robot_nodes.laser_filters.scans import (
+    FilterError,
+    Floats,
+    Mask,
+    MatrixTo,
+    ranges_of,
+    replace_fields,
+    replace_rays,
+)
 from pyros1.robot_nodes.shared.parameters import PrivateParameters, is_number
 
 _MAX_NEIGHBOURS = 1000
@@ -151,7 +159,7 @@ class InterpolationFilter:
         before = np.maximum.accumulate(np.where(is_valid, numbers, 0))
         after = np.minimum.accumulate(np.where(is_valid, numbers, len(padded) - 1)[::-1])[::-1]
         filled = ((padded[before] + padded[after]) / 2)[1:-1]
-        return changed(scan, {"ranges": np.where(valid, ranges, filled).astype(np.float32)})
+        return replace_fields(scan, {"ranges": np.where(valid, ranges, filled).astype(np.float32)})
 
 
 @dataclass(frozen=True)
@@ -191,7 +199,7 @@ class BlobFilter:
             if radius < self.max_radius:
                 middle = begin + (end - begin) // 2
                 result[middle] = ranges[middle]
-        return changed(scan, {"ranges": result})
+        return replace_fields(scan, {"ranges": result})
 
 
 def _offsets(reach: int, count: int) -> list[int]:

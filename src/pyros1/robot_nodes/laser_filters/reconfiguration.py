@@ -1,6 +1,6 @@
 """Changes the parameters of a chain's filters while the node is running (https://wiki.ros.org/dynamic_reconfigure).
 
-As in stock, each filter of these types has a server in the namespace ``~NAME``, where NAME is its name in the chain.
+As in stock ROS, each filter of these types has a server in the namespace ``~NAME``, with NAME as in the chain.
 """
 
 from __future__ import annotations
@@ -105,7 +105,7 @@ class FilterServer:
             self._names.append(name)
             parameters.add(name, default, minimum=minimum, maximum=maximum)
             value = _shown(self._params.get(name), default)
-            # As in stock, what the chain says counts, and not what was changed in an earlier run.
+            # As in stock ROS, what the chain says counts, and not what was changed in an earlier run.
             node.params[f"~{specification['name']}/{name}"] = default if value is None else value
         self._server = Server(node, parameters, self._change, specification["name"])
 

@@ -53,7 +53,7 @@ def angles_of(scan: Any) -> NDArray[np.float64]:
     return float(scan.angle_min) + np.arange(len(scan.ranges), dtype=np.float64) * float(scan.angle_increment)
 
 
-def changed(scan: Any, fields: Mapping[str, Any]) -> Any:
+def replace_fields(scan: Any, fields: Mapping[str, Any]) -> Any:
     """Return a copy of a scan in which some fields are different."""
     names = scan.__slots__
     return type(scan)(**{name: fields.get(name, getattr(scan, name)) for name in names})
@@ -67,11 +67,11 @@ def replace_rays(scan: Any, rays: Mask, value: float, intensity: float | None = 
     if intensity is not None and intensities is not None:
         intensities[rays] = intensity
         fields["intensities"] = intensities
-    return changed(scan, fields)
+    return replace_fields(scan, fields)
 
 
 def points_of(scan: Any) -> tuple[NDArray[np.intp], NDArray[np.float64]]:
-    """Return the numbers of the rays within the scanner's limits, and their points, of shape (n, 3)."""
+    """Return the indices of the rays within the scanner's limits, and their end points, of shape (n, 3)."""
     ranges = ranges_of(scan).astype(np.float64)
     rays = np.flatnonzero((ranges >= scan.range_min) & (ranges < scan.range_max))
     angles, distances = angles_of(scan)[rays], ranges[rays]

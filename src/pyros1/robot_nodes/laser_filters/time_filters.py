@@ -8,7 +8,14 @@ from typing import Any
 
 import numpy as np
 
-from pyros1.robot_nodes.laser_filters.scans import FilterError, Floats, MatrixTo, changed, intensities_of, ranges_of
+from pyros1.robot_nodes.laser_filters.scans import (
+    FilterError,
+    Floats,
+    MatrixTo,
+    intensities_of,
+    ranges_of,
+    replace_fields,
+)
 from pyros1.robot_nodes.shared.parameters import PrivateParameters, is_number
 
 _MAX_OBSERVATIONS = 1000
@@ -87,7 +94,7 @@ class ArrayFilter:
             for each in self._intensity_filters:
                 intensities = each.add(intensities)
             fields["intensities"] = intensities
-        return changed(scan, fields)
+        return replace_fields(scan, fields)
 
 
 def _read_filters(specifications: object, name: str) -> list[HistoryFilter]:

@@ -14,9 +14,9 @@ from pyros1.robot_nodes.laser_filters.scans import (
     FilterError,
     MatrixTo,
     angles_of,
-    changed,
     intensities_of,
     ranges_of,
+    replace_fields,
     replace_rays,
 )
 from pyros1.robot_nodes.shared.parameters import PrivateParameters, is_number
@@ -26,7 +26,7 @@ _LARGE = 100000.0
 
 @dataclass(frozen=True)
 class RangeFilter:
-    """Replaces ranges up to a lower threshold, and from an upper one on.
+    """Replaces ranges at or below a lower threshold, and at or above an upper one.
 
     Attributes:
         use_message_range_limits: whether the thresholds are the scanner's limits.
@@ -60,7 +60,7 @@ class RangeFilter:
         is_low = ranges <= lower
         is_high = (ranges >= upper) & ~is_low
         ranges[is_low], ranges[is_high] = self.lower_replacement_value, self.upper_replacement_value
-        return changed(scan, {"ranges": ranges})
+        return replace_fields(scan, {"ranges": ranges})
 
 
 @dataclass(frozen=True)
@@ -101,7 +101,7 @@ class IntensityFilter:
             ranges[removed] = math.nan
         if self.override_intensity:
             intensities = np.where(removed, np.float32(0), np.float32(1))
-        return changed(scan, {"ranges": ranges, "intensities": intensities})
+        return replace_fields(scan, {"ranges": ranges, "intensities": intensities})
 
 
 @dataclass(frozen=True)
@@ -121,7 +121,7 @@ class AngularBoundsFilter:
         return cls(*_read_bounds(parameters))
 
     def apply(self, scan: Any, matrix_to: MatrixTo) -> Any:
-        """Return the filtered scan. As in stock, it keeps at least the ray at which it begins.
+        """Return the filtered scan. As in stock ROS, it keeps at least the ray at which it begins.
 
         Raises:
             FilterError: the time of its first ray cannot be computed.
@@ -147,7 +147,7 @@ class AngularBoundsFilter:
             "ranges": ranges_of(scan)[kept],
         }
         intensities = intensities_of(scan)
-        return changed(scan, fields if intensities is None else {**fields, "intensities": intensities[kept]})
+        return replace_fields(scan, fields if intensities is None else {**fields, "intensities": intensities[kept]})
 
 
 @dataclass(frozen=True)
@@ -215,7 +215,7 @@ class MaskFilter:
     """Removes certain rays, by their numbers.
 
     Attributes:
-        masks: the numbers of the rays, by the scan's frame.
+        masks: the indices of the rays, by the scan's frame.
     """
 
     masks: Mapping[str, tuple[int, ...]]

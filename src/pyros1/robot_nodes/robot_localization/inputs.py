@@ -78,7 +78,7 @@ class SensorInput:
             yield self._convert_twist(time, message.child_frame_id, message.twist)
 
     def _read_pose(self, time: int, message: Any) -> Iterator[Measurement | None]:
-        pose, covariance = pose_tuple(message.pose.pose), self._covariances[0].of(message.pose.covariance)
+        pose, covariance = pose_tuple(message.pose.pose), self._covariances[0].to_matrix(message.pose.covariance)
         if self.sensor.differential:
             yield self._differentiate(time, pose, covariance, self._identity)
             return
@@ -100,13 +100,13 @@ class SensorInput:
             yield self._convert_orientation(time, message, self._mount)
         if self._uses["twist"] and message.angular_velocity_covariance[0] != _NOT_MEASURED:
             twist = np.array((0.0, 0.0, 0.0, *_vector(message.angular_velocity)))
-            covariance = self._imu_covariances[1].of(message.angular_velocity_covariance)
+            covariance = self._imu_covariances[1].to_matrix(message.angular_velocity_covariance)
             yield self._twist.convert(time, twist, covariance, frame, self._ekf.state[ANGULAR])
         if self._uses["acceleration"] and message.linear_acceleration_covariance[0] != _NOT_MEASURED:
             yield self._acceleration.convert(
                 time,
                 np.array(_vector(message.linear_acceleration)),
-                self._imu_covariances[2].of(message.linear_acceleration_covariance),
+                self._imu_covariances[2].to_matrix(message.linear_acceleration_covariance),
                 frame,
                 self._ekf.state[ANGULAR],
                 self._find_attitude(message, frame) if self.sensor.removes_gravity else None,
@@ -115,7 +115,7 @@ class SensorInput:
 
     def _convert_orientation(self, time: int, message: Any, mount: Mount) -> Measurement | None:
         pose = mount.robot_orientation(_quaternion(message.orientation))
-        covariance = self._imu_covariances[0].of(message.orientation_covariance)
+        covariance = self._imu_covariances[0].to_matrix(message.orientation_covariance)
         if not mount.turn.is_identity:
             covariance = mount.turn.blocks @ covariance @ mount.turn.blocks.T
         if self.sensor.differential:
@@ -138,7 +138,7 @@ class SensorInput:
             return None
         values = np.array((*_vector(twist.twist.linear), *_vector(twist.twist.angular)))
         return self._twist.convert(
-            time, values, self._covariances[1].of(twist.covariance), frame, self._ekf.state[ANGULAR]
+            time, values, self._covariances[1].to_matrix(twist.covariance), frame, self._ekf.state[ANGULAR]
         )
 
     def _differentiate(self, time: int, pose: Transform, covariance: Array, frame: Frame) -> Measurement | None:
@@ -160,10 +160,10 @@ def _quaternion(quaternion: Any) -> Quaternion:
 
 
 class _Covariance:
-    """Converts the covariance of a sensor's messages, in which it is nearly always the same.
+    """Converts the covariances in a sensor's messages, which are nearly always the same.
 
     Args:
-        angular: whether it is that of three angles or their rates, the second half of a pose or twist.
+        angular: whether they are of three angles or their rates, the second half of a pose or twist.
     """
 
     def __init__(self, angular: bool = False) -> None:
@@ -171,8 +171,8 @@ class _Covariance:
         self._numbers: tuple[float, ...] = ()
         self._matrix = np.zeros((0, 0))
 
-    def of(self, numbers: Any) -> Array:
-        """Return the matrix (k, k) of numbers (k * k,), or (6, 6) if it is angular; the same array if they are."""
+    def to_matrix(self, numbers: Any) -> Array:
+        """Return k * k numbers as a (k, k) matrix, or (6, 6) if angular. Unchanged numbers give the same array."""
         numbers = tuple(numbers)
         if numbers != self._numbers:
             size = round(len(numbers) ** 0.5)

@@ -52,7 +52,7 @@ class SerialNode:
         self._servers = Servers()
         self._stopping = threading.Event()
         params = PrivateParameters.of(node)
-        port = args[0] if args else params.text("port", DEFAULT_PORT)  # as in stock, the argument takes precedence
+        port = args[0] if args else params.text("port", DEFAULT_PORT)  # as in stock ROS, the argument takes precedence
         second = _parse_number(args[1]) if len(args) > 1 else None
         if port == "tcp":
             run = self._prepare_tcp(params, second)
@@ -165,7 +165,7 @@ class SerialNode:
 def _read_speed(params: PrivateParameters, default: int) -> int:
     value = params.value("baud")
     if isinstance(value, str) and value.isascii() and value.isdigit() and int(value[:10]):
-        return int(value[:10])  # as in stock, it may be a string
+        return int(value[:10])  # as in stock ROS, it may be a string
     return params.integer("baud", default, 1, 2**31)
 
 

@@ -18,7 +18,7 @@ class Servers:
     """The services of all boards of a node. Thread-safe.
 
     A board that reconnects after its connection broke provides its services again, while the node still waits for the
-    old connection. So the newest one gets the service, as in stock, where each connection is a node of its own.
+    old connection. So the newest one gets the service, as in stock ROS, where each connection is a node of its own.
     """
 
     def __init__(self) -> None:

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 TOPICS_REQUEST = encode_frame(TopicInfo.ID_PUBLISHER, b"")
 STOP_REQUEST = encode_frame(TopicInfo.ID_TX_STOP, b"")
 LOST_AFTER = 15.0
-"""Seconds of silence until a board counts as lost, as in stock."""
+"""Seconds of silence until a board counts as lost, as in stock ROS."""
 ASK_AGAIN_AFTER = 5.0
 """Seconds of silence until a board is asked for its topics again: boards ask for the time every 2.5 s."""
 ASK_PERIOD = 2.0

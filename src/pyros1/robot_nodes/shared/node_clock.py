@@ -32,7 +32,7 @@ class NodeClock:
         self._lock = threading.Lock()
         self._last_time = 0.0  # simulated time
         self._ticked_at = monotonic()  # in real time
-        self._added = 0.0  # real time that was added to simulated time, until its last tick
+        self._added = 0.0  # real time added to simulated time up to its last tick
         self._has_warned = False
 
     def seconds(self) -> float:

@@ -124,7 +124,7 @@ def _read_axes(
 
 
 def _read_scale(values: PrivateParameters, parameter: str, name: str) -> float:
-    """Return the scale of one component; 0 if it has none, as in stock."""
+    """Return the scale of one component; 0 if it has none, as in stock ROS."""
     scales = values.value(parameter)
     if scales is not None and not isinstance(scales, dict):
         return values.reject(parameter, scales, "a mapping, as the axes are", 0.0)

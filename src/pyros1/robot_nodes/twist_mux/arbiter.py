@@ -12,9 +12,9 @@ class Arbiter:
 
     A topic is masked while its last command is older than its timeout, before the first one, and while a lock of higher
     priority is on. A command is passed on if no other topic that is not masked has a higher priority, or the same and
-    comes earlier in the list. As in stock, a topic of priority 0 never drives. A lock is on after a message with True,
-    and while its last message is older than its timeout, or none has come. A timeout of 0 means that messages count for
-    ever. Times are in seconds; after time has jumped back, what was received before counts as too old.
+    comes earlier in the list. As in stock ROS, a topic of priority 0 never drives. A lock is on after a message with
+    True, and while its last message is older than its timeout, or none has come. A timeout of 0 means that messages
+    count for ever. Times are in seconds; after time has jumped back, what was received before counts as too old.
 
     Args:
         topics: the topics with commands.

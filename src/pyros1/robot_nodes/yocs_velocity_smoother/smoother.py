@@ -27,7 +27,7 @@ STANDSTILL = Velocity(0.0, 0.0)
 
 
 class Feedback(IntEnum):
-    """Where the velocity of the robot is known from."""
+    """The source of the robot's current velocity."""
 
     NONE = 0
     ODOMETRY = 1

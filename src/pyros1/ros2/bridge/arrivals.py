@@ -16,7 +16,7 @@ MAX_BYTES = 64 << 20
 """Maximum total size in bytes of the waiting messages; a single larger one is accepted."""
 MAX_MESSAGES = 10_000
 Token = tuple[str, bool]
-"""The key of an entity of ROS 2, and whether it is there or gone."""
+"""The key of a ROS 2 entity, and whether it is there or gone."""
 Message = tuple[DataKey, bytes, bytes, str]
 """A message: its key, the message, its attachment, and the id of its publisher's session; empty if it is not known."""
 

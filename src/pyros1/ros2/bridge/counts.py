@@ -22,12 +22,12 @@ class Counts:
         self._lock = threading.Lock()
 
     def to_ros2(self, topic: str) -> Flow:
-        """Return the counts of a topic of ROS 1."""
+        """Return the counts of a ROS 1 topic."""
         with self._lock:
             return _flow(self._sent, topic)
 
     def to_ros1(self, topic: str) -> Flow:
-        """Return the counts of a topic of ROS 2."""
+        """Return the counts of a ROS 2 topic."""
         with self._lock:
             return _flow(self._received, topic)
 
@@ -45,12 +45,12 @@ class Counts:
                 self._rates.add(counts, now)
 
     def rate_to_ros2(self, topic: str) -> Rate | None:
-        """Return the message rate of a topic of ROS 1; None if it is not known yet."""
+        """Return the message rate of a ROS 1 topic; None if it is not known yet."""
         with self._lock:
             return self._rates.rate((False, topic))
 
     def rate_to_ros1(self, topic: str) -> Rate | None:
-        """Return the message rate of a topic of ROS 2; None if it is not known yet."""
+        """Return the message rate of a ROS 2 topic; None if it is not known yet."""
         with self._lock:
             return self._rates.rate((True, topic))
 

@@ -94,7 +94,7 @@ class IncomingMessages:
                 self._latched.discard(topic)
                 self._withdrawn_at[topic] = now
         for topic, taken in plan.takes.items():
-            # One that is latched no longer stays so, as with a node of ROS 1.
+            # One that is latched no longer stays so, as with a ROS 1 node.
             is_new = topic not in self._advertised or (taken.latched and topic not in self._latched)
             if is_new and topic not in self._withdrawn_at:
                 try:

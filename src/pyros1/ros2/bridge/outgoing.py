@@ -22,7 +22,7 @@ from pyros1.ros2.zenoh.names import DataKey
 
 _QUEUE_SIZE = 1000
 SubscribedTopics = Mapping[str, Sequence[tuple[DataKey, AnnouncedTopic]]]
-"""Topics of ROS 1 that somebody in ROS 2 subscribes to, each with the keys to send it with."""
+"""ROS 1 topics that somebody in ROS 2 subscribes to, each with the keys to send it with."""
 
 
 class OutgoingMessages:

@@ -23,23 +23,23 @@ from pyros1.ros2.zenoh.tokens import Entity
 QUEUE = 10
 """The depth of the history that our publishers and subscribers announce."""
 LATCHED_DEPTH = 1
-"""The same for the publishers of a latched topic: there is one for each publisher of ROS 1, with its last message."""
+"""The same for the publishers of a latched topic: there is one for each ROS 1 publisher, with its last message."""
 
 
 class Types(Protocol):
     """What knows the types of both sides, see `pyros1.ros2.pairs.type_pairs.TypePairs`."""
 
     def for_ros1(self, type: str, md5sum: str, definition: str, hash: str | None = None) -> TypePair:
-        """Return the pair of types for a type of ROS 1."""
+        """Return the pair of types for a ROS 1 type."""
         ...
 
     def for_ros2(self, type: str, hash: str, local: LocalTopic | None = None) -> TypePair:
-        """Return the pair of types for a type of ROS 2."""
+        """Return the pair of types for a ROS 2 type."""
         ...
 
 
 class AnnouncedTopic(NamedTuple):
-    """A topic of ROS 1 that ROS 2 sees.
+    """A ROS 1 topic that ROS 2 sees.
 
     Attributes:
         local: the topic.
@@ -66,7 +66,7 @@ class AnnouncedTopic(NamedTuple):
 
 @dataclass
 class TakenTopic:
-    """A topic of ROS 2 that ROS 1 sees.
+    """A ROS 2 topic that ROS 1 sees.
 
     Attributes:
         pair: its type here.
@@ -130,7 +130,7 @@ class Plan:
         }
 
     def subscribed_topics(self) -> dict[str, list[tuple[DataKey, AnnouncedTopic]]]:
-        """Return the topics of ROS 1 that somebody in ROS 2 subscribes to, each with the keys to send it with."""
+        """Return the ROS 1 topics that somebody in ROS 2 subscribes to, each with the keys to send it with."""
         found: dict[str, list[tuple[DataKey, AnnouncedTopic]]] = {}
         for key, announced in self.announces.items():
             if announced.is_subscribed:

@@ -51,10 +51,10 @@ class Ros2Rules:
     """The rules of a bridge to ROS 2.
 
     Args:
-        send: patterns of the topics and services of ROS 1 that ROS 2 may see, such as ``/odom`` or ``/camera/**``;
+        send: patterns of the ROS 1 topics and services that ROS 2 may see, such as ``/odom`` or ``/camera/**``;
             ``!/secret`` excludes.
         take: the same for those of ROS 2 that ROS 1 may see. If both are empty, everything is exchanged.
-        reconfigure: patterns of the nodes of ROS 2 that are servers of dynamic_reconfigure in ROS 1; each takes two
+        reconfigure: patterns of the ROS 2 nodes that are servers of dynamic_reconfigure in ROS 1; each takes two
             topics and a service there, so there are none by default.
 
     Raises:
@@ -70,34 +70,34 @@ class Ros2Rules:
         self._reconfigure = _Names([*reconfigure])
 
     def sends(self, topic: str) -> bool:
-        """Return whether ROS 2 may see a topic of ROS 1."""
+        """Return whether ROS 2 may see a ROS 1 topic."""
         if topic == LOG and not self._send.names(LOG):
             return False
         return topic not in NEVER and self._send.includes(topic)
 
-    def asks(self, topic: str) -> bool:
-        """Return whether the type of a topic of ROS 1 matters: ROS 2 may see it, or the action that it belongs to."""
+    def needs_type(self, topic: str) -> bool:
+        """Return whether the type of a ROS 1 topic is needed, because ROS 2 may see the topic or its action."""
         name, _, last = topic.rpartition("/")
         return self.sends(topic) or (last in ACTION_TOPICS and self._send.includes(name))
 
     def takes(self, topic: str) -> bool:
-        """Return whether ROS 1 may see a topic of ROS 2."""
+        """Return whether ROS 1 may see a ROS 2 topic."""
         return topic not in NEVER and self._take.includes(topic)
 
     def serves(self, service: str) -> bool:
-        """Return whether ROS 2 may call a service of ROS 1."""
+        """Return whether ROS 2 may call a ROS 1 service."""
         return not _is_internal(service) and self._send.includes(service)
 
     def calls(self, service: str) -> bool:
-        """Return whether ROS 1 may call a service of ROS 2."""
+        """Return whether ROS 1 may call a ROS 2 service."""
         return not _is_internal(service) and self._take.includes(service)
 
     def reconfigures(self, node: str) -> bool:
-        """Return whether dynamic_reconfigure's tools may see and set the parameters of a node of ROS 2."""
+        """Return whether dynamic_reconfigure's tools may see and set the parameters of a ROS 2 node."""
         return self._reconfigure.includes(node)
 
     def reads(self, node: str) -> bool:
-        """Return whether ROS 1 may read the parameters of a node of ROS 2: if it may set them, or call its services."""
+        """Return whether ROS 1 may read the parameters of a ROS 2 node: if it may set them, or call its services."""
         return self.reconfigures(node) or self._take.includes(f"{node}/{_READ}")
 
     def explain(self) -> list[str]:
@@ -105,7 +105,7 @@ class Ros2Rules:
         return [
             f"from ROS 1 to ROS 2: {self._send}",
             f"from ROS 2 to ROS 1: {self._take}",
-            f"parameters of nodes of ROS 2 for dynamic_reconfigure: {self._reconfigure}",
+            f"parameters of ROS 2 nodes for dynamic_reconfigure: {self._reconfigure}",
             f"the log ({LOG}): {self._explain_log()}",
             f"never: {', '.join(NEVER)}",
             f"never, services: {', '.join('*/' + name for name in NEVER_SERVICES)}",

@@ -1,4 +1,4 @@
-"""A running bridge to ROS 2: a node of ROS 1, a session that is a node of ROS 2, and the plan between them.
+"""A running bridge to ROS 2: a ROS 1 node, a session that is a ROS 2 node, and the plan between them.
 
 A lock guards the graph of ROS 2 and the plan; nothing waits while it is held. These are the threads:
 
@@ -109,16 +109,16 @@ class Ros2Bridge:
         self._topics: list[LocalTopic] = []
         self._plan = Plan()
         self._bridge_publishers = BridgePublishers(node, SITE)
-        self._graph = LocalGraph(Graph(node.master), rules.asks)
+        self._graph = LocalGraph(Graph(node.master), rules.needs_type)
         self._counts = Counts()
         self._differences = Differences()
         self._incoming = IncomingMessages(self._bridge_publishers, self._counts, self._warn)
         self._poll_period = poll_period
         self._find_name = find_name
         self._next_poll = self._next_plan = 0.0
-        self._planned_from: object = None  # what ROS 1 had when the plan was made
-        self._declared: object = None  # what the session was last told
-        self._refused: dict[str, str] = {}  # what it has refused of that
+        self._planned_from: object = None  # the state of ROS 1 when the plan was made
+        self._declared: object = None  # what the session was last asked to declare
+        self._refused: dict[str, str] = {}  # which parts of that it refused, and why
         self._problems: dict[str, str] = {}
         self._trouble: dict[str, int] = {}
         self._is_closing = False
@@ -130,7 +130,7 @@ class Ros2Bridge:
             self._take_token,
             self._take,
             self._forget_gone,
-            lambda error: self._warn("cannot publish a message of ROS 2: %s", error),
+            lambda error: self._warn("cannot publish a ROS 2 message: %s", error),
             node.log.internal_error,
         )
         self._session = make_session(zid, self._worker.put_token, self._worker.put_message, self._on_call)

@@ -22,23 +22,23 @@ class ServiceTypes(Protocol):
     """What knows the types of services of both sides, see `pyros1.ros2.pairs.type_pairs.TypePairs`."""
 
     def service_for_ros1(self, type: str, md5sum: str, hash: str | None = None) -> ServicePair:
-        """Return the pair of types for a service type of ROS 1."""
+        """Return the pair of types for a ROS 1 service type."""
         ...
 
     def service_for_ros2(self, type: str, hash: str) -> ServicePair:
-        """Return the pair of types for a service type of ROS 2."""
+        """Return the pair of types for a ROS 2 service type."""
         ...
 
 
 class OfferedService(NamedTuple):
-    """A service of ROS 1 that ROS 2 can call, and its type on both sides."""
+    """A ROS 1 service that ROS 2 can call, and its type on both sides."""
 
     local: LocalService
     pair: ServicePair
 
 
 class ProvidedService(NamedTuple):
-    """A service of ROS 2 that ROS 1 can call.
+    """A ROS 2 service that ROS 1 can call.
 
     Attributes:
         key: its key in ROS 2.
@@ -80,7 +80,7 @@ def plan_services(
     Args:
         domain: the ROS domain.
         rules: what may be exchanged.
-        local: the services of ROS 1 that nodes other than bridges provide, if their types are known.
+        local: the ROS 1 services that nodes other than bridges provide, if their types are known.
         taken: the services that others than this bridge provide in ROS 1, and their nodes.
         services: those of ROS 2, without bridges of the same master.
         offered: the names of those that the bridge offers in ROS 2 already.

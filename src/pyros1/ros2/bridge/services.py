@@ -1,7 +1,7 @@
-"""Both ends of the calls at a bridge to ROS 2: services of ROS 2 that are provided in ROS 1, and services of ROS 1 that
+"""Both ends of the calls at a bridge to ROS 2: ROS 2 services that are provided in ROS 1, and ROS 1 services that
 are called for clients in ROS 2.
 
-Each call of a node of ROS 1 waits in a thread of its service; each call of ROS 2 is made in a thread of a pool. Both
+Each call of a ROS 1 node waits in a thread of its service; each call of ROS 2 is made in a thread of a pool. Both
 waits end when the bridge closes.
 """
 
@@ -154,7 +154,7 @@ class Ros2Services:
     # Calls from ROS 1 -------------------------------------------------------------------------------------------------
 
     def _provide(self, name: str, provided: ProvidedService) -> ServiceServer:
-        """Provide a service of ROS 2, unless another node has begun to provide it.
+        """Provide a ROS 2 service, unless another node has begun to provide it.
 
         Raises:
             Error: one has, or the master does not respond.
@@ -168,7 +168,7 @@ class Ros2Services:
         return self._node.advertise_service(FullName(name), service_class, partial(self._call_ros2, name, provided))
 
     def _call_ros2(self, name: str, provided: ProvidedService, request: AnyMsg) -> AnyMsg:
-        """Return the response of a service of ROS 2. Called in a thread of the service.
+        """Return the response of a ROS 2 service. Called in a thread of the service.
 
         Raises:
             ServiceRefusal: there is none.
@@ -217,7 +217,7 @@ class Ros2Services:
         counts.fail(text.encode("utf-8", "replace"))
 
     def _answer(self, call: Call) -> None:
-        """Call a service of ROS 1 for a client in ROS 2. Called in a thread of the pool."""
+        """Call a ROS 1 service for a client in ROS 2. Called in a thread of the pool."""
         name = call.key.name
         try:
             call.respond(self._call_ros1(call))
@@ -232,7 +232,7 @@ class Ros2Services:
                 self._node.log.internal_error(error)
 
     def _call_ros1(self, call: Call) -> bytes:
-        """Return the response of a service of ROS 1 as CDR.
+        """Return the response of a ROS 1 service as CDR.
 
         Raises:
             Error: there is none, or the request or the response cannot be converted.

@@ -17,7 +17,7 @@ from pyros1.ros2.bridge.services import SITE
 from pyros1.ros2.zenoh.tokens import Entity, gid
 
 MAX_SOURCES = 1000
-"""Maximum number of latched publishers of ROS 2 that are distinguished, and topics that are not latched."""
+"""Maximum number of latched ROS 2 publishers that are distinguished, and topics that are not latched."""
 GRACE = 2.0
 """Seconds for which a message is kept at least, since it may come before its publisher's token, or after the end."""
 Tokens = Mapping[str, Entity]

@@ -44,7 +44,7 @@ def status_json(
         domain: the ROS domain.
         plan: what the bridge does.
         nodes: the full names of the nodes in ROS 2.
-        subscribed: the topics of ROS 2 to which nodes here subscribe.
+        subscribed: the ROS 2 topics to which nodes here subscribe.
         link_problem: why there is no connection; empty if there is one.
         sender: the queue of messages to send.
         problems: topic or service -> why it is not exchanged.

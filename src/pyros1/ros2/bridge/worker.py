@@ -19,7 +19,7 @@ class Worker:
     """A thread and its queue.
 
     Args:
-        on_token: called with the key of an entity of ROS 2, and whether it is there or gone.
+        on_token: called with the key of a ROS 2 entity, and whether it is there or gone.
         on_message: called with a message: its key, the encoded message, its attachment, and its publisher's session.
         poll: called periodically, with whether a publisher came or went since the last call.
         on_error: called with what was raised as an `Error` by one of them.
@@ -56,7 +56,7 @@ class Worker:
         self._thread.start()
 
     def put_token(self, key: str, is_there: bool) -> None:
-        """Queue the appearance or removal of an entity of ROS 2. Called on any thread."""
+        """Queue the appearance or removal of a ROS 2 entity. Called on any thread."""
         with self._arrived:
             self._arrivals.put_token(key, is_there)
             self._arrived.notify()

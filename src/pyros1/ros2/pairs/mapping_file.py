@@ -1,7 +1,7 @@
 """Reads the files that say which types and fields have other names in ROS 2, in the format of ros1_bridge
 (https://github.com/ros2/ros1_bridge/blob/master/doc/index.rst).
 
-A file is a list of rules. Each names a package of ROS 1 and one of ROS 2, and perhaps a message or a service, and
+A file is a list of rules. Each names a ROS 1 package and one of ROS 2, and perhaps a message or a service, and
 perhaps the fields that belong together::
 
     - ros1_package_name: my_msgs

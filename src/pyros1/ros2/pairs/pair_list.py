@@ -37,8 +37,8 @@ def list_messages(
 
     Args:
         pairs: finds the types.
-        installed: the names of the types of ROS 1.
-        there: those of a distribution of ROS 2.
+        installed: the names of the ROS 1 types.
+        there: those of a ROS 2 distribution.
         wanted: the names of which only to list the pairs, in ROS 1 or in ROS 2; empty for all.
     """
     seen: set[str] = set()
@@ -65,7 +65,7 @@ def list_services(pairs: TypePairs, installed: Iterable[str], wanted: Collection
 
     Args:
         pairs: finds the types.
-        installed: the names of the types of ROS 1.
+        installed: the names of the ROS 1 types.
         wanted: the names of which only to list the pairs, in ROS 1 or in ROS 2; empty for all.
     """
     for name in installed:

@@ -1,6 +1,6 @@
-"""Pairs types of ROS 1 and ROS 2, and makes converters for messages and calls: finds definitions by name and hash.
+"""Pairs ROS 1 and ROS 2 types, and makes converters for messages and calls: finds definitions by name and hash.
 
-A service has the definition of a package of ROS 2 that is on this machine, if there is one, and otherwise that of
+A service has the definition of a ROS 2 package that is on this machine, if there is one, and otherwise that of
 ROS 1. Those of the standard packages are the same in ROS 2, up to the messages that they use, and no distribution's
 definitions of services are at hand.
 """
@@ -30,9 +30,9 @@ from pyros1.ros2_types.transcoding.transcoder import Transcoder
 from pyros1.ros2_types.type_hash import service_hash, type_hash
 
 DISTRIBUTIONS = ("jazzy", "kilted", "lyrical", "iron", "humble")
-"""The distributions of ROS 2 among whose types a hash is looked up, in this order."""
+"""The ROS 2 distributions among whose types a hash is looked up, in this order."""
 
-_HINT = "--ros2-packages names a folder with packages of ROS 2"
+_HINT = "--ros2-packages names a folder with ROS 2 packages"
 
 
 class TypePair(NamedTuple):
@@ -75,14 +75,14 @@ class TypePairs:
     """Finds the types of both sides, and remembers what it has found, also what it could not find. Not thread-safe.
 
     Args:
-        distribution: the distribution of ROS 2 whose types are used by default.
+        distribution: the ROS 2 distribution whose types are used by default.
         mapping: which types and fields have other names; None for the standard ones.
-        installed: the types of packages of ROS 2 on this machine; they are tried first.
+        installed: the types of ROS 2 packages on this machine; they are tried first.
         budget: the time for types that ROS 2 asks for, which may be anything; None for that of a running bridge.
         beside_rclpy: the types of the packages that rclpy can use; if given, no others are used.
 
     Attributes:
-        known: the types of ROS 2 that are known, by name.
+        known: the ROS 2 types that are known, by name.
         actions: finds the types of actions.
 
     Raises:
@@ -121,7 +121,7 @@ class TypePairs:
         )
 
     def name_in_ros2(self, type: str) -> str:
-        """Return the name that a message type of ROS 1 has in ROS 2.
+        """Return the name that a ROS 1 message type has in ROS 2.
 
         Raises:
             DefinitionError: `type` is not of the form ``package/Type``.
@@ -129,7 +129,7 @@ class TypePairs:
         return self._counterparts.to_ros2(type)
 
     def for_ros1(self, type: str, md5sum: str, definition: str, hash: str | None = None) -> TypePair:
-        """Return the pair of types for a type of ROS 1.
+        """Return the pair of types for a ROS 1 type.
 
         Args:
             type, md5sum, definition: the type.
@@ -145,11 +145,11 @@ class TypePairs:
         return pair
 
     def for_ros2(self, type: str, hash: str, local: LocalTopic | None = None) -> TypePair:
-        """Return the pair of types for a type of ROS 2.
+        """Return the pair of types for a ROS 2 type.
 
         Args:
             type, hash: the type.
-            local: the topic of ROS 1 with the same name, if there is one.
+            local: the ROS 1 topic with the same name, if there is one.
 
         Raises:
             Error: its definition is not known.
@@ -160,7 +160,7 @@ class TypePairs:
         return self._found.get((type, hash), lambda: self._for_ros2(type, hash), is_limited=True)
 
     def service_for_ros1(self, type: str, md5sum: str, hash: str | None = None) -> ServicePair:
-        """Return the pair of types for a service type of ROS 1.
+        """Return the pair of types for a ROS 1 service type.
 
         Args:
             type, md5sum: the type of the service.
@@ -173,7 +173,7 @@ class TypePairs:
         return self._found_services.get(key, lambda: self._service(type, md5sum, hash), is_limited=hash is not None)
 
     def service_for_ros2(self, type: str, hash: str) -> ServicePair:
-        """Return the pair of types for a service type of ROS 2.
+        """Return the pair of types for a ROS 2 service type.
 
         Args:
             type, hash: the type of the service.
@@ -186,7 +186,7 @@ class TypePairs:
         )
 
     def _ros1_service(self, type: str) -> str:
-        """Return the name in ROS 1 of a service of ROS 2: the one that rules say, or the same one if only that is known
+        """Return the name in ROS 1 of a ROS 2 service: the one that rules say, or the same one if only that is known
         here.
         """
         name = self._counterparts.to_ros1(type)
@@ -195,7 +195,7 @@ class TypePairs:
         return name if _is_in_ros1(name, True) or not _is_in_ros1(same_name, True) else same_name
 
     def has_ros2_definition(self, type: str) -> bool:
-        """Return whether there is a definition of a message or service of ROS 2, other than that of ROS 1."""
+        """Return whether there is a ROS 2 definition of a message or service, other than that of ROS 1."""
         return type in self.known or f"{type}_Request" in self.known
 
     def _for_ros1(self, type: str, md5sum: str, definition: str, hash: str | None) -> TypePair:
@@ -226,7 +226,7 @@ class TypePairs:
         if rule is not None and _installed(name) is None:
             raise UnknownTypeError(
                 f"the definition of {name} is not known here, and its fields have other names than those of {type}; "
-                f"install a package of ROS 1 with {name}"
+                f"install a ROS 1 package with {name}"
             )
         for types in self._candidates(type, name, {}, hash):
             if hash in (HUMBLE_HASH, type_hash(type, types)):
@@ -238,7 +238,7 @@ class TypePairs:
             raise UnknownTypeError(problem)
         if self.has_ros2_definition(type):
             raise UnknownTypeError(f"ROS 2 has another definition of {type} than those that are known here; {_HINT}")
-        raise UnknownTypeError(f"the definition of {type} is not known here; install a package of ROS 1 with {name}")
+        raise UnknownTypeError(f"the definition of {type} is not known here; install a ROS 1 package with {name}")
 
     def _service(self, type: str, md5sum: str, hash: str | None) -> ServicePair:
         service_class = load_service(type)
@@ -274,7 +274,7 @@ class TypePairs:
         return "" if self._beside_rclpy is None else self._beside_rclpy.problem(name)
 
     def _candidates(self, name: str, root: str, specs: dict[str, MessageSpec], hash: str | None) -> Iterator[Types]:
-        """Yield types of ROS 2 among which one of that name may be the right one: those of distributions, and the one
+        """Yield ROS 2 types among which one of that name may be the right one: those of distributions, and the one
         that follows from the definition in ROS 1, if that is given.
         """
         if name in self._installed:
@@ -286,7 +286,7 @@ class TypePairs:
     def _service_candidates(
         self, name: str, spec: ServiceSpec, specs: dict[str, MessageSpec], hash: str | None
     ) -> Iterator[Types]:
-        """Yield types of ROS 2 among which the service of that name may be the right one."""
+        """Yield ROS 2 types among which the service of that name may be the right one."""
         if f"{name}_Request" in self._installed:
             yield self.known
         derived = {} if self._beside_rclpy is not None else self._counterparts.derive_service(spec, specs.__getitem__)

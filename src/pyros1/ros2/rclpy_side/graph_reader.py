@@ -51,7 +51,7 @@ class GraphReader:
         """Return the tokens of all entities with legal names, at most `MAX_ENTITIES`."""
         tokens: set[str] = set()
         for entity in self._entities():
-            with suppress(Error):  # a name that no node of ROS 2 could have
+            with suppress(Error):  # a name that no ROS 2 node could have
                 tokens.add(encode_token(entity))
             if len(tokens) >= MAX_ENTITIES:
                 break

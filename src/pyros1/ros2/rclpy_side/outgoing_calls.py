@@ -53,7 +53,7 @@ class OutgoingCalls:
             future.add_done_callback(lambda _: done.set())
             if self._closing.is_set() or not done.wait(max(0.0, deadline - time.monotonic())) or not future.done():
                 raise ServiceRefusal(
-                    "the bridge ends" if self._closing.is_set() else "the service in ROS 2 does not respond"
+                    "the bridge is shutting down" if self._closing.is_set() else "the service in ROS 2 does not respond"
                 )
             return bytes(self._rclpy.serialize(future.result()))
         except Error:
@@ -86,7 +86,7 @@ class OutgoingCalls:
         self._started.add(call)
         call.poll()
         if self._closing.is_set():
-            call.end(ServiceRefusal("the bridge ends"))
+            call.end(ServiceRefusal("the bridge is shutting down"))
 
     def poll(self) -> None:
         """Send the calls that waited for their service, and end those that have waited too long. Call this
@@ -118,7 +118,7 @@ class OutgoingCalls:
         for done in [*self._waiting]:
             done.set()
         for call in [*self._started]:
-            call.end(ServiceRefusal("the bridge ends"))
+            call.end(ServiceRefusal("the bridge is shutting down"))
 
 
 class _StartedCall:

@@ -57,7 +57,7 @@ class RclpySession:
         node: the name of its node in ROS 2.
         domain: the ROS domain.
         classes: finds the classes of types.
-        on_token: called with a token for each entity of ROS 2, and whether it is there or gone.
+        on_token: called with a token for each ROS 2 entity, and whether it is there or gone.
         on_message: called with the key, the encoded message and the attachment of each message, and with what stands
             for its publisher's process, which is empty if rclpy does not provide it.
         on_call: called with each call of a service that is offered.

@@ -75,7 +75,7 @@ class Ros2Session(ZenohSession):
         zid: its id in zenoh.
         node: the name of its node in ROS 2.
         domain: the ROS domain.
-        on_token: called with the key of each entity of ROS 2, and whether it is there or gone, on zenoh's threads.
+        on_token: called with the key of each ROS 2 entity, and whether it is there or gone, on zenoh's threads.
         on_message: called with the key, the encoded message and the attachment of each message, and with the id of its
             publisher's session, which is empty if zenoh does not provide it, on zenoh's threads.
         on_call: called with each call of a service that is offered, on zenoh's threads.
@@ -283,7 +283,7 @@ class Ros2Session(ZenohSession):
             endpoint.declared.put(packet.body, attachment=endpoint.attachment())
 
     def try_send(self, packet: Send) -> bool:
-        """Return False: a large message may have to wait."""
+        """Return False without sending, since a large message may block."""
         return False
 
     def listen(self, site: str, key: str, on: bool) -> None:

@@ -26,7 +26,7 @@ MAX_DEPTH = 64
 """Maximum depth of nested types."""
 
 FILLER = "structure_needs_at_least_one_member"
-"""Name of the ``uint8`` that an empty message of ROS 2 has."""
+"""Name of the ``uint8`` that an empty ROS 2 message has."""
 
 _TIME_NAMES = ("sec", "nanosec")
 _TIME_BASES = frozenset(["int32", "uint32"])

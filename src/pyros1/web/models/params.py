@@ -112,7 +112,7 @@ def editable_yaml(value: Any) -> str:
 
 
 def _block_scalar(value: str) -> str:
-    """Return a multi-line string as a YAML block scalar. Not every string is the same after parsing the block."""
+    """Return a multi-line string as a YAML block scalar. Not every string survives the round trip."""
     chomping_indicator = (
         "-" if not value.endswith("\n") else "+" if value.endswith("\n\n") or not value.strip("\n") else ""
     )

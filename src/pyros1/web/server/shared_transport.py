@@ -1,4 +1,4 @@
-"""A connection's transport to which any thread may write, as long as nothing is unsent.
+"""A connection's transport to which any thread may write while no earlier bytes are waiting to be sent.
 
 A message that arrives in another thread can thus be sent from there. Passing it to the event loop would take longer
 than all the rest: the loop must be woken, and then the threads take turns with the interpreter's lock.
@@ -181,7 +181,7 @@ class SharedTransport(asyncio.Transport):
                 self.socket.close()
                 self.socket = None
 
-    # The rest is the loop's transport's -------------------------------------------------------------------------------
+    # Passed on to the loop's transport --------------------------------------------------------------------------------
 
     def get_extra_info(self, name: str, default: Any = None) -> Any:
         """Return a property of the connection."""

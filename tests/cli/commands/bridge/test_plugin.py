@@ -71,8 +71,8 @@ def test_an_endpoint_that_is_refused_in_a_file(run: Run, tmp_path: Path, text: s
     [
         (["--dialect", "other"], "there is no dialect 'other'"),
         ([*DIALECT], "give the endpoint of another bridge with --to"),
-        ([*DIALECT, "--site", "red"], "--site is for bridges of pyros1"),
-        ([*DIALECT, "--sites", "red"], "--sites is for bridges of pyros1"),
+        ([*DIALECT, "--site", "red"], "--site is for pyros1 bridges"),
+        ([*DIALECT, "--sites", "red"], "--sites is for pyros1 bridges"),
         ([*DIALECT, "--to", "robot"], "is not an endpoint"),
         ([*DIALECT, "--listen", "tcp/0.0.0.0:7447"], "can be reached from other machines"),
         ([*DIALECT, "--to", "tcp/localhost:1", "--namespace", "a-b"], "cannot be a namespace"),

@@ -41,7 +41,7 @@ def test_check_explains(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_which_nodes_are_reconfigured(run: Run) -> None:
-    line = "parameters of nodes of ROS 2 for dynamic_reconfigure: "
+    line = "parameters of ROS 2 nodes for dynamic_reconfigure: "
     assert f"{line}nothing" in run("--check", "--via", "zenoh")[1].splitlines()
     words = ("--reconfigure", "/camera", "/arm/**", "!/arm/tool", "--reconfigure", "/leg")
     assert (

@@ -1,4 +1,4 @@
-"""Which action type of ROS 2 an action type of ROS 1 is."""
+"""Which ROS 2 action type a ROS 1 action type is."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A node of ROS 2 that has parameters, at the side of `Ros2Peer`; its messages are encoded by rosbags, not by us."""
+"""A ROS 2 node that has parameters, at the side of `Ros2Peer`; its messages are encoded by rosbags, not by us."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What dynamic_reconfigure can say of the parameters of a node of ROS 2."""
+"""What dynamic_reconfigure can say of the parameters of a ROS 2 node."""
 
 from __future__ import annotations
 

@@ -36,7 +36,7 @@ def test_requests(messages: ParameterMessages, encoding: Encoding) -> None:
     names = vars(read("GetParameters", messages.names_request("get_parameters", ["a", "ö.p"])))
     assert names["names"] == ["a", "ö.p"]
     values: dict[str, bool | int | float | str] = {"flag": True, "count": -(1 << 31), "gain": 0.5, "text": "x"}
-    asked = vars(read("SetParameters", messages.set_request(values)))["parameters"]
+    asked = vars(read("SetParameters", messages.set_parameters_request(values)))["parameters"]
     assert {each.name: encoding.read(each.value) for each in asked} == values
 
 

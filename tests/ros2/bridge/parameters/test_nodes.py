@@ -1,4 +1,4 @@
-"""Which nodes of ROS 2 have parameters."""
+"""Which ROS 2 nodes have parameters."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A node of ROS 2 as a server of dynamic_reconfigure: what changes while it is asked, and when it is asked again."""
+"""A ROS 2 node as a server of dynamic_reconfigure: what changes while it is asked, and when it is asked again."""
 
 from __future__ import annotations
 

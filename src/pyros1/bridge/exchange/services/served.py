@@ -67,7 +67,7 @@ class ServedService(NamedTuple):
 
 
 class _Slot:
-    """The last call of a slot."""
+    """A slot of a caller, with the last call that was made in it."""
 
     def __init__(self, number: int, service: SharedName, expires: float) -> None:
         self.number = number

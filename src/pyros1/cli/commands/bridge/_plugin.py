@@ -21,7 +21,7 @@ OPTIONS = (
     Option(
         "--dialect",
         metavar="NAME",
-        help="zenoh-plugin-ros1 to talk to robots that run its zenoh-bridge-ros1, instead of bridges of pyros1",
+        help="zenoh-plugin-ros1 to talk to robots that run its zenoh-bridge-ros1, instead of pyros1 bridges",
     ),
     Option(
         "--namespace",
@@ -57,7 +57,7 @@ def run_plugin(invocation: Invocation, options: Any) -> int | None:
     for name in _NATIVE:
         if getattr(options, name):
             instead = "; with --dialect, use --namespace" if name == "site" else " alone"
-            raise UsageError(f"--{name} is for bridges of pyros1{instead}")
+            raise UsageError(f"--{name} is for pyros1 bridges{instead}")
     try:
         config = _read_config(options)
         check_connections(config.connect, config.listen, config.keys, (), options.insecure, config.places)

@@ -83,7 +83,7 @@ def describe_way(way: Way, connect: Sequence[str], listen: Sequence[str]) -> str
 
 
 def packages_line() -> str:
-    """Return a line with the packages of ROS 2 a bridge through rclpy knows."""
+    """Return a line with the ROS 2 packages that a bridge through rclpy knows."""
     from pyros1.ros2_types.rclpy_packages import RclpyPackages  # noqa: PLC0415
 
     return f"types of these packages, which this ROS 2 installation has: {', '.join(RclpyPackages().packages())}"
@@ -113,7 +113,7 @@ def check_way(way: Way, listen: Sequence[str]) -> None:
 
 
 def _is_in_use(endpoint: str) -> bool:
-    """Return whether another program listens on a port of TCP."""
+    """Return whether another program listens on a TCP port."""
     protocol, _, address = endpoint.partition("/")
     host, _, port = address.rpartition(":")
     if protocol not in ("tcp", "tls") or not port.isdigit() or port == "0":

@@ -107,7 +107,7 @@ VERB = Verb(
     examples=[
         ("red:", "the parameters of site red that may be read"),
         ("red: /robot_description --to /red/robot_description", "copy one to this master, for rviz"),
-        ("ros2: /controller/gains.p", "a parameter of a node of ROS 2"),
+        ("ros2: /controller/gains.p", "a parameter of a ROS 2 node"),
     ],
     stock="",
     run=run,

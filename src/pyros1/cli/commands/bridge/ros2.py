@@ -253,7 +253,7 @@ VERB = Verb(
         action="append",
         default=[],
         metavar="ENDPOINT",
-        help="be the router oneself, on this endpoint: nodes of ROS 2 on this machine look for tcp/localhost:7447",
+        help="be the router oneself, on this endpoint: ROS 2 nodes on this machine look for tcp/localhost:7447",
     ),
     Option("--domain", type=int, metavar="NUMBER", help="the ROS domain; default: ROS_DOMAIN_ID, or 0"),
     Option(
@@ -262,7 +262,7 @@ VERB = Verb(
         action="append",
         default=[],
         metavar="NAME",
-        help="what ROS 2 may see of the topics, services and actions of ROS 1: /odom, /camera/** (all below), "
+        help="ROS 1 topics, services and actions that ROS 2 may see: /odom, /camera/** (all below), "
         "!/secret (not this one)",
     ),
     Option(
@@ -279,14 +279,14 @@ VERB = Verb(
         action="append",
         default=[],
         metavar="NODE",
-        help="nodes of ROS 2 whose parameters tools of dynamic_reconfigure can change: /camera, /arm/** (all below); "
+        help="ROS 2 nodes whose parameters tools of dynamic_reconfigure can change: /camera, /arm/** (all below); "
         "default: none",
     ),
     Option(
         "--distribution",
         default="jazzy",
         metavar="NAME",
-        help="the distribution of ROS 2 whose types to use where nobody there says which: humble, jazzy (default), "
+        help="the ROS 2 distribution whose types to use where nobody there says which: humble, jazzy (default), "
         "...; through rclpy, those that are installed are used",
     ),
     Option(
@@ -308,7 +308,7 @@ VERB = Verb(
         action="append",
         default=[],
         metavar="FOLDER",
-        help="packages of ROS 2 whose definitions to use, such as a workspace's src or install; besides those of "
+        help="ROS 2 packages whose definitions to use, such as a workspace's src or install; besides those of "
         "AMENT_PREFIX_PATH",
     ),
     Option("--keys", metavar="FOLDER", help="keys made by `pyros1 bridge keys`, for tls/ and quic/"),
@@ -317,11 +317,11 @@ VERB = Verb(
         "--pairs",
         nargs="*",
         metavar="TYPE",
-        help="print which type of ROS 1 is which type of ROS 2, and which have no counterpart and why, and exit: all "
+        help="print which ROS 1 type is which ROS 2 type, and which have no counterpart and why, and exit: all "
         "that are installed here, or these",
     ),
     INSECURE_FLAG,
-    description="Exchange topics, services and actions with nodes of ROS 2: through rclpy, if ROS 2 is installed "
+    description="Exchange topics, services and actions with ROS 2 nodes: through rclpy, if ROS 2 is installed "
     "here, or else with those whose RMW_IMPLEMENTATION is rmw_zenoh_cpp. Each side sees those of the other one; "
     "messages pass only where somebody subscribes.",
     examples=[

@@ -33,7 +33,7 @@ def _enable(invocation: Invocation, options: Any, args: list[str]) -> None:
     elif not rospy_file.startswith(MODULES_FOLDER):
         print(
             f"a real rospy is installed and takes precedence: {rospy_file}. Set {PREFERENCE_VARIABLE}=pyros1 to use "
-            "the rospy of pyros1."
+            "pyros1's rospy."
         )
     else:
         print("programs of this environment can now import rospy, std_msgs.msg and the other modules of ROS 1")
@@ -66,7 +66,7 @@ def _status(invocation: Invocation, options: Any, args: list[str]) -> None:
     else:
         print(
             f"rospy:   a real one, {os.path.dirname(rospy_file)}, which takes precedence. "
-            f"{PREFERENCE_VARIABLE}=pyros1 selects the rospy of pyros1."
+            f"{PREFERENCE_VARIABLE}=pyros1 selects pyros1's rospy."
         )
     print(f"enabled: {f'yes, by {pth_file()}' if is_enabled() else 'no'}")
     for name in (PREFERENCE_VARIABLE, "PYTHONPATH"):

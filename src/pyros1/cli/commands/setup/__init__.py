@@ -27,7 +27,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
 
 COMMAND = Command(
     "setup",
-    "set up a shell: source <(pyros1 setup) adds rostopic, roscd and other commands of ROS 1, and completion",
+    "set up a shell: source <(pyros1 setup) adds rostopic, roscd and other ROS 1 commands, and completion",
     Verb(
         "",
         "",

@@ -40,7 +40,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
     name, type_name = invocation.resolve(args[0]), args[1]
     arguments = _parse_values(args[2:])
     message_class = _load_message_class(type_name)
-    has_fields = bool(message_class.__slots__)  # as in stock, nothing is read for types without fields
+    has_fields = bool(message_class.__slots__)  # as in stock ROS, nothing is read for types without fields
     uses_arguments = not has_fields or (not options.file and (bool(arguments) or sys.stdin.isatty()))
     if uses_arguments:  # report invalid arguments before contacting the master
         fill_and_check(message_class(), arguments, Time())
@@ -131,7 +131,7 @@ def _mark_numbers(args: list[str], *, once_flag_anywhere: bool) -> list[str]:
 
     Args:
         args: the arguments.
-        once_flag_anywhere: whether ``-1`` means ``--once`` at any position, as in stock, or only before the values.
+        once_flag_anywhere: whether ``-1`` means ``--once`` at any position, as in stock ROS, or only before the values.
     """
     marked_args: list[str] = []
     positional_count = 0

@@ -25,7 +25,7 @@ LAZY_HELP = "_lazy:=true        subscribe only while the output has subscribers"
 
 
 class Tool(Verb):
-    """A tool without options. As in stock, the exit code after usage errors is 1.
+    """A tool without options. As in stock ROS, the exit code after usage errors is 1.
 
     Args:
         name: the tool's name.

@@ -26,7 +26,7 @@ def get_name_of_constant(C: Any, n: int) -> str:
     return f"NO_SUCH_STATE_{n}"
 
 
-GoalStatus.to_string = classmethod(get_name_of_constant)  # type: ignore[attr-defined]  # as in stock
+GoalStatus.to_string = classmethod(get_name_of_constant)  # type: ignore[attr-defined]  # as in stock ROS
 
 
 class CommState:

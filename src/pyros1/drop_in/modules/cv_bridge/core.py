@@ -93,7 +93,7 @@ class CvBridge:
 
         Args:
             cvim: array of shape (height, width), or (height, width, channels).
-            encoding: the encoding of the array; "passthrough" for OpenCV's name of its type.
+            encoding: the encoding of the array; "passthrough" for OpenCV's name for its type.
             header: the header; None for an empty one.
 
         Raises:
@@ -129,11 +129,11 @@ class CvBridge:
 
         Args:
             cmprs_img_msg: the message.
-            desired_encoding: the encoding of the array. For "passthrough" and, like in stock, "bgr8", the array has the
-                channels and depth of the file; other encodings for colours with 8 bits keep the depth as well.
+            desired_encoding: the encoding of the array. For "passthrough" and, as in stock ROS, "bgr8", the array has
+                the channels and depth of the file; other encodings for colours with 8 bits keep the depth as well.
 
         Returns:
-            The array; None, like in stock, if the data cannot be read and the order of channels would not change.
+            The array; None, as in stock ROS, if the data cannot be read and the order of channels would not change.
 
         Raises:
             CvBridgeError: there are no data, they cannot be converted, or Pillow cannot read such files and OpenCV,

@@ -99,7 +99,7 @@ class Client:
     def update_groups(self, changes: dict[str, bool]) -> Any:
         """Set the states of groups in this client's description, and return the description.
 
-        Like in stock, nothing is sent: use ``update_configuration({"groups": changes})`` to switch groups on and off.
+        As in stock ROS, nothing is sent: use ``update_configuration({"groups": changes})`` to switch groups on and off.
 
         Args:
             changes: name of a group, other than the top one -> whether it is on.

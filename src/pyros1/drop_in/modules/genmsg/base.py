@@ -34,8 +34,8 @@ def log(*args: Any) -> None:
 
 
 def log_verbose(value: bool) -> None:
-    """Do nothing: in stock, this sets whether :func:`plog` writes anything."""
+    """Do nothing: in stock ROS, this sets whether :func:`plog` writes anything."""
 
 
 def plog(msg: str, obj: Any) -> None:
-    """Do nothing: in stock, this logs the steps of the generator, which pyros1 does not have."""
+    """Do nothing: in stock ROS, this logs the steps of the generator, which pyros1 does not have."""

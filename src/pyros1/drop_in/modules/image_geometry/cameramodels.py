@@ -19,11 +19,11 @@ from pyros1.drop_in.module_attributes import module_getattr
 __getattr__ = module_getattr("image_geometry.cameramodels", cv2="it uses numpy instead")
 
 _UNDISTORTION_STEPS = 5
-"""Number of iterations to undistort a ray, like in stock's library."""
+"""Number of iterations to undistort a ray, as in stock's library."""
 _SUBPIXEL_STEPS = 32
 """Number of steps per pixel in interpolation of colours."""
 _CUBIC_COEFFICIENT = -0.75
-"""Coefficient of cubic interpolation, like in stock's library."""
+"""Coefficient of cubic interpolation, as in stock's library."""
 
 
 def mkmat(rows: int, cols: int, L: Sequence[float]) -> Any:

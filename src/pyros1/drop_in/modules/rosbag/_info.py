@@ -102,7 +102,7 @@ class InfoMixin:
         chunks = self._reader.chunks
         if not chunks:
             raise ROSBagException("Bag contains no message")
-        return chunks[index].end if index else chunks[0].start  # the last or first in the file, like in stock
+        return chunks[index].end if index else chunks[0].start  # the last or first in the file, as in stock ROS
 
     def get_type_and_topic_info(self, topic_filters: Any = None) -> Any:
         """Return types with their md5 sums, and topics with type, number of messages and connections, and frequency.
@@ -265,7 +265,7 @@ class ComparableMixin:
     def __gt__(self, other: Any) -> bool:
         return self._compare(other, operator.gt)
 
-    __hash__ = None  # type: ignore[assignment]  # as in stock: the key can change
+    __hash__ = None  # type: ignore[assignment]  # as in stock ROS: the key can change
 
     def _compare(self, other: Any, operation: Callable[[Any, Any], bool]) -> bool:
         if not (callable(getattr(self, "_cmpkey", None)) and callable(getattr(other, "_cmpkey", None))):

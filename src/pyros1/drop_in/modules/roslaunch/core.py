@@ -152,7 +152,7 @@ class Master:
     __slots__ = ["auto", "type", "uri"]
 
     def __init__(self, type_: str | None = None, uri: str | None = None, auto: Any = None) -> None:
-        self.auto = None  # as in stock, where the attribute is no longer used
+        self.auto = None  # as in stock ROS, where the attribute is no longer used
         self.type = type_ or Master.ROSMASTER
         self.uri = uri or get_master_uri_env()
 
@@ -171,11 +171,11 @@ class Master:
         return hash((self.type, self.uri))
 
     def get(self) -> ServerProxy:
-        """Return the master as a ``xmlrpc.client.ServerProxy``."""
+        """Return the master as an ``xmlrpc.client.ServerProxy``."""
         return ServerProxy(self.uri)
 
     def get_multi(self) -> MultiCall:
-        """Return a ``xmlrpc.client.MultiCall`` of the master."""
+        """Return an ``xmlrpc.client.MultiCall`` of the master."""
         return MultiCall(self.get())
 
     def is_running(self) -> bool:

@@ -138,7 +138,7 @@ def _resolved_remappings(caller: str) -> dict[str, str]:
 
 
 def _full_name(name: str, caller_id: str) -> str:
-    """Return the full name without applying remappings. Like in stock, illegal names are accepted."""
+    """Return the full name without applying remappings. As in stock ROS, illegal names are accepted."""
     if not name:
         return namespace(caller_id)
     name = canonicalize_name(str(name))
@@ -200,7 +200,7 @@ def remap_name(name: str, caller_id: str | None = None, resolved: bool = True) -
     Args:
         name: any name.
         caller_id: full name of the node in which the new name is resolved; None for the program's own.
-        resolved: not used, like in stock.
+        resolved: not used, as in stock ROS.
     """
     new_name = get_mappings().get(name)
     return name if new_name is None else _full_name(new_name, caller_id or get_caller_id())

@@ -133,7 +133,7 @@ class Rate:
         Raises:
             ROSInterruptException, ROSTimeMovedBackwardsException: see `sleep`.
         """
-        now = _now()  # before the sleep, as in stock: a jump of simulated time affects the next sleep
+        now = _now()  # before the sleep, as in stock ROS: a jump of simulated time affects the next sleep
         try:
             sleep(self._remaining_ns(now) / _NS)
         except ROSTimeMovedBackwardsException:
@@ -154,7 +154,7 @@ class Timer(threading.Thread):
         callback: called with a TimerEvent. If it raises an exception, the timer stops.
         oneshot: whether to call only once.
         reset: the argument of the timer's `Rate`. When simulated time jumps back, the timer continues in either case,
-            like in the last release of ROS Noetic. In earlier releases, it stopped unless this was true.
+            as in the last release of ROS Noetic. In earlier releases, it stopped unless this was true.
     """
 
     def __init__(

@@ -20,7 +20,7 @@ def _verdict(succeeded: bool) -> str:
 def print_unittest_summary(result: Any) -> None:
     """Print the summary of a unittest.TestResult."""
     succeeded = result.wasSuccessful()
-    verdict = _verdict(succeeded) if succeeded else " * RESULT: FAIL"  # in colour only for success, like in stock
+    verdict = _verdict(succeeded) if succeeded else " * RESULT: FAIL"  # in colour only for success, as in stock ROS
     lines = ["-" * 61, "SUMMARY:", verdict, f" * TESTS: {result.testsRun}"]
     for label, problems in (("ERRORS", result.errors), ("FAILURES", result.failures)):
         lines.append(f" * {label}: {len(problems)} [{', '.join(_test_names(problems))}]")

@@ -171,5 +171,5 @@ def _get_struct_fmt(is_bigendian: bool, fields: Iterable[Any], field_names: Sequ
 
 
 def _repeat(code: str, count: int) -> str:
-    """Return the format of several equal items; the same as in stock, unless there are very many."""
+    """Return the format of several equal items; the same as in stock ROS, unless there are very many."""
     return code * count if count <= _MAX_REPEATED_CODES else f"{count}{code}"

@@ -1,6 +1,6 @@
 """The mean velocity of a frame in another one over an interval.
 
-The angular velocity is the same as in stock. The linear velocity is that of a point that moves with the frame; what
+The angular velocity is the same as in stock ROS. The linear velocity is that of a point that moves with the frame; what
 stock's Python code computes is not a velocity.
 """
 

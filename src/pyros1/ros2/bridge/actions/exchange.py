@@ -49,7 +49,7 @@ class Ros2Actions:
         rules: what may be exchanged.
         types: knows the types of both sides.
         send: sends a message to ROS 2.
-        start_call: calls a service of ROS 2.
+        start_call: calls a ROS 2 service.
         call_time: maximum number of seconds for the response to a goal, or to a request to cancel.
         warn: logs a text with an error.
         on_error: called with an exception that a bug in pyros1 raised.
@@ -195,7 +195,7 @@ class Ros2Actions:
         return [key for each in self.plan.provides.values() for key in each.keys.services]
 
     def _ready(self) -> list[OfferedAction]:
-        """Return the actions of ROS 1 whose servers can receive goals."""
+        """Return the ROS 1 actions whose servers can receive goals."""
         return [each for each in self._offered.values() if each.is_connected]
 
     def on_declared(self) -> None:

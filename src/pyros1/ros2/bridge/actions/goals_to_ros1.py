@@ -279,8 +279,8 @@ class GoalsToRos1:
         return self._take_steps(now)
 
     def close(self) -> list[Step]:
-        """End all calls, since the bridge ends."""
-        text = "the bridge to ROS 1 ends"
+        """End all calls, since the bridge is shutting down."""
+        text = "the bridge to ROS 1 is shutting down"
         steps: list[Step] = []
         for goal in self._goals.values():
             steps += [EndWithoutResponse(call, text) for call in (goal.call, *goal.waiting) if call is not None]

@@ -1,7 +1,7 @@
 """The goals that clients in ROS 1 send to an action server in ROS 2. No I/O, no clock.
 
 ROS 1's clients publish goals and requests to cancel, and expect the status of all goals several times per second, as an
-action server of ROS 1 publishes it; ROS 2's server is called.
+ROS 1 action server publishes it; ROS 2's server is called.
 """
 
 from __future__ import annotations
@@ -15,9 +15,9 @@ from pyros1.ros2.bridge.actions.ros1_messages import NO_STAMP, GoalStatus, Stamp
 from pyros1.ros2.bridge.actions.ros2_messages import GoalInfo, ReportedGoal, Ros2Status
 
 KEEP_TIME = 5.0
-"""Seconds for which the status of a goal is published after it has ended, as action servers of ROS 1 do."""
+"""Seconds for which the status of a goal is published after it has ended, as ROS 1 action servers do."""
 STATUS_PERIOD = 0.2
-"""Seconds between statuses, as with action servers of ROS 1; one is also published after each change."""
+"""Seconds between statuses, as with ROS 1 action servers; one is also published after each change."""
 RESULT_TIME = 10.0
 """Seconds for the result to come after the status of its goal has become final."""
 RETRY_TIME = 1.0
@@ -236,7 +236,7 @@ class GoalsToRos2:
         return self._take_steps(now)
 
     def on_feedback(self, uuid: bytes, feedback: bytes) -> list[Step]:
-        """Pass on feedback on a goal that a client of ROS 1 has sent."""
+        """Pass on feedback on a goal that a ROS 1 client has sent."""
         goal = self._by_uuid.get(uuid)
         return [] if goal is None or goal.ended_at is not None else [PublishFeedback(goal.to_status(), feedback)]
 

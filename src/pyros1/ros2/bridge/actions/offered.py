@@ -1,4 +1,4 @@
-"""An action of ROS 1 that ROS 2 can use: the bridge is a client of its server, and offers the services of an action."""
+"""A ROS 1 action that ROS 2 can use: the bridge is a client of its server, and offers the services of an action."""
 
 from __future__ import annotations
 
@@ -152,7 +152,7 @@ class OfferedAction:
         self._do(self._goals.on_lost(time.monotonic()))
 
     def end(self) -> None:
-        """End all calls, since the bridge ends."""
+        """End all calls, since the bridge is shutting down."""
         self._do(self._goals.close())
 
     # Effects ----------------------------------------------------------------------------------------------------------
@@ -201,7 +201,7 @@ class OfferedAction:
         self._send(Send(data_key(self.plan.keys.status), b"", self._statuses, Priority.NORMAL))
 
     def close(self) -> None:
-        """Leave the topics of ROS 1. This waits for the master."""
+        """Leave the ROS 1 topics. This waits for the master."""
         for publisher in self._publishers.values():
             publisher.unregister()
         for subscriber in self._subscribers:

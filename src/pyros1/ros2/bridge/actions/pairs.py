@@ -1,4 +1,4 @@
-"""Pairs action types of ROS 1 and ROS 2, and makes converters for goals, results and feedback.
+"""Pairs ROS 1 and ROS 2 action types, and makes converters for goals, results and feedback.
 
 As for services, the definitions are those of ROS 1: no distribution's definitions of actions are at hand.
 """
@@ -88,7 +88,7 @@ class ActionPairs:
         all_types: yields the types of the distributions that can have a type with such a hash, or with any for None.
         default: the types of the default distribution, and of packages on this machine.
         fields: which fields have other names.
-        definitions: finds the classes for definitions of ROS 1.
+        definitions: finds the classes for ROS 1 definitions.
         found: remembers.
     """
 
@@ -109,7 +109,7 @@ class ActionPairs:
         self._found = found
 
     def for_ros1(self, type: str, topics: Mapping[str, TopicType], hash: str | None = None) -> ActionPair:
-        """Return the pair of types for an action type of ROS 1.
+        """Return the pair of types for a ROS 1 action type.
 
         Args:
             type: its name, ``package/Type``.
@@ -126,7 +126,7 @@ class ActionPairs:
         )
 
     def for_ros2(self, type: str, hash: str) -> ActionPair:
-        """Return the pair of types for an action type of ROS 2.
+        """Return the pair of types for a ROS 2 action type.
 
         Args:
             type: its name, ``package/action/Type``.
@@ -167,7 +167,7 @@ class ActionPairs:
         raise UnknownTypeError(f"ROS 2 has another definition of {name} than ROS 1 has here")
 
     def _candidates(self, name: str, type: str, specs: Mapping[str, MessageSpec], hash: str | None) -> Iterator[Types]:
-        """Yield types of ROS 2 among which the parts of the action may be the right ones."""
+        """Yield ROS 2 types among which the parts of the action may be the right ones."""
         if f"{name}_Goal" in self._default:
             yield self._default
         derived = self._counterparts.derive_action(type, specs.__getitem__)

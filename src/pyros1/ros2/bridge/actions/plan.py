@@ -30,11 +30,11 @@ class ActionTypes(Protocol):
     """What knows the types of actions, see `pyros1.ros2.bridge.actions.pairs.ActionPairs`."""
 
     def for_ros1(self, type: str, topics: Mapping[str, TopicType], hash: str | None = None) -> ActionPair:
-        """Return the pair of types for an action type of ROS 1."""
+        """Return the pair of types for a ROS 1 action type."""
         ...
 
     def for_ros2(self, type: str, hash: str) -> ActionPair:
-        """Return the pair of types for an action type of ROS 2."""
+        """Return the pair of types for a ROS 2 action type."""
         ...
 
 
@@ -70,7 +70,7 @@ class ActionKeys(NamedTuple):
 
 
 class OfferedPlan(NamedTuple):
-    """An action of ROS 1 that ROS 2 can use."""
+    """A ROS 1 action that ROS 2 can use."""
 
     local: LocalAction
     pair: ActionPair
@@ -78,7 +78,7 @@ class OfferedPlan(NamedTuple):
 
 
 class ProvidedPlan(NamedTuple):
-    """An action of ROS 2 that ROS 1 can use, and the full name of its server's node."""
+    """A ROS 2 action that ROS 1 can use, and the full name of its server's node."""
 
     name: str
     pair: ActionPair
@@ -101,7 +101,7 @@ class ActionPlan:
     problems: dict[str, str] = field(default_factory=dict)
 
     def has(self, topic: str, more: Collection[str] = ()) -> bool:
-        """Return whether a topic of ROS 1 belongs to an action that is exchanged, or to one of `more`."""
+        """Return whether a ROS 1 topic belongs to an action that is exchanged, or to one of `more`."""
         name, _, last = topic.rpartition("/")
         return last in ACTION_TOPICS and (name in self.offers or name in self.provides or name in more)
 
@@ -152,7 +152,7 @@ def plan_actions(
     Args:
         domain: the ROS domain.
         rules: what may be exchanged.
-        local: the actions of ROS 1.
+        local: the ROS 1 actions.
         taken: the actions for which others than this bridge publish a status in ROS 1, and their nodes.
         services, topics: those of ROS 2, without bridges of the same master.
         offered: the actions that are offered already, and their types.

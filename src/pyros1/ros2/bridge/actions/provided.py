@@ -1,4 +1,4 @@
-"""An action of ROS 2 that ROS 1 can use: the bridge calls its server, and has the topics of an action server."""
+"""A ROS 2 action that ROS 1 can use: the bridge calls its server, and has the topics of an action server."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class ProvidedAction:
     Args:
         node: the bridge's node; it must run callbacks inline.
         plan: the action.
-        start_call: calls a service of ROS 2.
+        start_call: calls a ROS 2 service.
         call_time: maximum number of seconds for the server to respond to a goal, and to a request to cancel.
         inbox: takes what is to be done.
         warn: logs a text with an error.
@@ -175,8 +175,8 @@ class ProvidedAction:
         self._is_gone = False
 
     def end(self) -> None:
-        """End all goals, since the bridge ends."""
-        self._do(self._goals.on_lost("the bridge to ROS 2 ends", time.monotonic()))
+        """End all goals, since the bridge is shutting down."""
+        self._do(self._goals.on_lost("the bridge to ROS 2 is shutting down", time.monotonic()))
 
     # Effects ----------------------------------------------------------------------------------------------------------
 
@@ -221,7 +221,7 @@ class ProvidedAction:
             put(error)
 
     def close(self) -> None:
-        """Leave the topics of ROS 1. This waits for the master."""
+        """Leave the ROS 1 topics. This waits for the master."""
         for subscriber in self._subscribers:
             subscriber.unregister()
         for publisher in self._publishers.values():

@@ -64,7 +64,7 @@ class _Reader:
     def __init__(self, data: bytes) -> None:
         order = _ORDERS.get(data[:2])
         if order is None:
-            raise MessageError("a message of an action of ROS 2 is not CDR")
+            raise MessageError("a message of a ROS 2 action is not CDR")
         self._order = order
         self._data = data
         self._at = len(_HEAD)
@@ -75,7 +75,7 @@ class _Reader:
         try:
             values = packed.unpack_from(self._data, self._at)
         except struct.error:
-            raise MessageError("a message of an action of ROS 2 ends too early") from None
+            raise MessageError("a message of a ROS 2 action ends too early") from None
         self._at += packed.size
         return values
 
@@ -120,7 +120,7 @@ def read_statuses(data: bytes) -> list[ReportedGoal]:
 def _length(reader: _Reader) -> int:
     (length,) = reader.unpack("I", 4)
     if length > MAX_STATUSES:
-        raise MessageError(f"an action server of ROS 2 reports more than {MAX_STATUSES} goals")
+        raise MessageError(f"a ROS 2 action server reports more than {MAX_STATUSES} goals")
     return int(length)
 
 

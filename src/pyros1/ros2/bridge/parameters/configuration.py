@@ -1,4 +1,4 @@
-"""The parameters of a node of ROS 2 as a configuration of dynamic_reconfigure. No I/O.
+"""The parameters of a ROS 2 node as a configuration of dynamic_reconfigure. No I/O.
 
 dynamic_reconfigure has booleans, 32-bit integers, doubles and strings. Parameters of other types are left out.
 """

@@ -38,7 +38,7 @@ _DECLARE_TIME = 3.0
 _MAX_THREADS = 8
 _CLOSE_TIME = 1.0
 _EVENT_QOS = Qos(depth=1000)
-"""As nodes of ROS 2 have it for this topic."""
+"""As ROS 2 nodes have it for this topic."""
 
 
 class Ros2Parameters:
@@ -48,7 +48,7 @@ class Ros2Parameters:
         node: the bridge's node in ROS 1.
         domain: the ROS domain.
         rules: which nodes are servers, and whose parameters may be read.
-        call: calls a service of ROS 2, given its key, the encoded request and a number of seconds.
+        call: calls a ROS 2 service, given its key, the encoded request and a number of seconds.
         wake: lets the master thread check what it needs from ROS 2.
         call_time: seconds for the response of a node.
     """
@@ -80,7 +80,7 @@ class Ros2Parameters:
         self._required: tuple[dict[DataKey, Qos], frozenset[DataKey]] = {}, frozenset()
 
     def start(self) -> None:
-        """Provide the service by which programs here read parameters of ROS 2.
+        """Provide the service by which programs here read ROS 2 parameters.
 
         Raises:
             NodeError: the node cannot provide it.
@@ -93,7 +93,7 @@ class Ros2Parameters:
         """Record which nodes there are.
 
         Args:
-            services: the services of ROS 2, without bridges of the same master.
+            services: the ROS 2 services, without bridges of the same master.
         """
         messages = self._parameter_client.messages
         nodes, problems = find_nodes(self._domain, services, messages.hashes, messages.event_hash)

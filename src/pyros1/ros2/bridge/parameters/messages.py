@@ -142,7 +142,7 @@ class ParameterMessages:
         """
         return self._encode(service, names=[*names])
 
-    def set_request(self, values: Mapping[str, bool | int | float | str]) -> bytes:
+    def set_parameters_request(self, values: Mapping[str, bool | int | float | str]) -> bytes:
         """Return a request to set parameters to values."""
         parameters = []
         for name, value in values.items():

@@ -1,4 +1,4 @@
-"""Finds the nodes of ROS 2 that have services for their parameters. No I/O."""
+"""Finds the ROS 2 nodes that have services for their parameters. No I/O."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ EVENTS = "/parameter_events"
 
 
 class ParameterNode(NamedTuple):
-    """A node of ROS 2 that has parameters.
+    """A ROS 2 node that has parameters.
 
     Attributes:
         name: its full name.
@@ -38,7 +38,7 @@ def find_nodes(
 
     Args:
         domain: the ROS domain.
-        services: the services of ROS 2.
+        services: the ROS 2 services.
         hashes: the last parts of the names of the services -> the hashes of their types.
         event_hash: the hash of the topic's type.
     """

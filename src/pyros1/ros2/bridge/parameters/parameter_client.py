@@ -32,7 +32,7 @@ class ParameterClient:
     """Calls the services for the parameters of nodes.
 
     Args:
-        call: calls a service of ROS 2, given its key, the encoded request and a number of seconds.
+        call: calls a ROS 2 service, given its key, the encoded request and a number of seconds.
         call_time: seconds for the response of a node.
 
     All methods raise ServiceRefusal, which names the node, if it does not respond in time, or its response is invalid.
@@ -68,7 +68,7 @@ class ParameterClient:
 
     def set(self, node: ParameterNode, values: Mapping[str, bool | int | float | str]) -> dict[str, str]:
         """Set parameters; return why the node refused some of them, by name."""
-        results = self._ask(node, SET, self.messages.set_request(values), self.messages.results)
+        results = self._ask(node, SET, self.messages.set_parameters_request(values), self.messages.results)
         self._check_number(node, [*values], results)
         return {name: reason for name, reason in zip(values, results, strict=True) if reason is not None}
 

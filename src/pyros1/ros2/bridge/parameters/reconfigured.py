@@ -47,11 +47,11 @@ class ReconfiguredNode:
     Args:
         node: the bridge's node in ROS 1.
         graph: asks the master.
-        remote: the node of ROS 2.
+        remote: the ROS 2 node.
         asking: asks that node.
 
     Attributes:
-        remote: the node of ROS 2.
+        remote: the ROS 2 node.
         problem: why it is not a server of dynamic_reconfigure; empty if it is one, or may become one.
     """
 
@@ -211,10 +211,10 @@ class ReconfiguredNode:
             )
 
     def _on_request(self, request: Any) -> Any:
-        """Set parameters as a node of ROS 1 asks for. Called in a thread of the service; this waits for ROS 2.
+        """Set parameters as a ROS 1 node asks for. Called in a thread of the service; this waits for ROS 2.
 
         Raises:
-            ServiceRefusal: the node of ROS 2 does not respond, or says something that is not valid.
+            ServiceRefusal: the ROS 2 node does not respond, or says something that is not valid.
         """
         with self._lock:
             configuration = self._configuration

@@ -9,8 +9,8 @@ from rospy.exceptions import ROSSerializationException
 def stock_error_for(error: SerializationError) -> Exception:
     """Return the error that stock's publishers raise.
 
-    In stock, a value whose type has nothing in common with that of its field, such as bytes instead of a string or None
-    instead of a message, causes an AttributeError. A string that cannot be encoded as UTF-8 causes a
+    In stock ROS, a value whose type has nothing in common with that of its field, such as bytes instead of a string or
+    None instead of a message, causes an AttributeError. A string that cannot be encoded as UTF-8 causes a
     UnicodeEncodeError. Programs catch these errors, so they are raised here, too. pyros1's error, which names
     the field, is chained to them.
     """
@@ -29,7 +29,7 @@ def stock_error_for(error: SerializationError) -> Exception:
 
 
 def fill_in_frame_id(message: object) -> bool:
-    """Set the ``frame_id`` of a message's header to "0" if it is None, as in stock; return whether it was None."""
+    """Set the ``frame_id`` of a message's header to "0" if it is None, as in stock ROS; return whether it was None."""
     header = getattr(message, "header", None) if getattr(type(message), "_has_header", False) else None
     if header is None or getattr(header, "frame_id", "") is not None:
         return False

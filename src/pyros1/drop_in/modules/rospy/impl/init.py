@@ -1,4 +1,4 @@
-"""Starts nodes in stock; in pyros1, only `rospy.init_node` does that."""
+"""Starts nodes in stock ROS; in pyros1, only `rospy.init_node` does that."""
 
 from __future__ import annotations
 

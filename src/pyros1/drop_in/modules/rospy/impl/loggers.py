@@ -156,7 +156,7 @@ def _base_logger(
     level: str = "info",
     once: bool = False,
 ) -> None:
-    """Log a message at a level of Python's logger, like the functions above, which are based on this one in stock."""
+    """Log a message at one of Python's levels, like the functions above; in stock ROS, those call this one."""
     frame = sys._getframe(1)
     call_site = _call_site(frame.f_back or frame)
     if once:

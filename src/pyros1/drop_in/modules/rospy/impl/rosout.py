@@ -88,7 +88,7 @@ class RosOutHandler(logging.Handler):
 
     def emit(self, record: logging.LogRecord) -> None:
         """Write one record."""
-        text = self.format(record)  # wrong arguments raise an error in the program, as in stock
+        text = self.format(record)  # wrong arguments raise an error in the program, as in stock ROS
         destinations = ALL_DESTINATIONS if self._writes_locally else _ROSOUT_ONLY
         try:
             _log_record(self._log, record, text, destinations)
@@ -227,7 +227,7 @@ def _remove_terminal_handlers(logger: logging.Logger) -> None:
 
 
 def list_rosout_topic() -> None:
-    """Add /rosout, which the node itself publishes, to the program's list of topics, as in stock."""
+    """Add /rosout, which the node itself publishes, to the program's list of topics, as in stock ROS."""
     from pyros1.msgs.rosgraph_msgs.msg import Log
     from rospy.topics import Publisher
 

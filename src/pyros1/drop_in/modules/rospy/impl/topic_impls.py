@@ -71,7 +71,7 @@ class TopicImpl:
         ref_count: number of publishers or subscribers.
         handles: pyros1's publishers or subscribers.
         closed: whether no publisher or subscriber is left.
-        handler: None, as in stock.
+        handler: None, as in stock ROS.
     """
 
     direction = ""

@@ -40,7 +40,7 @@ export class Display {
     return most ? { by, colour, info, most: Math.min(most, this.budget.maxPoints), bounds: auto ? null : [low, high], numbers: this.inspected === true } : {};
   }
 
-  // Set whether the server should also send the numbers of the points.
+  // Set whether the server should also send the indices of the points.
   inspect(inspected) {
     this.inspected = inspected;
   }

@@ -126,7 +126,7 @@ function stl(loader, bytes) {
   const geometry = withoutConsole(() => loader.parse(content));
   const colours = geometry.hasColors;
   const mesh = new THREE.Mesh(geometry, new THREE.MeshStandardMaterial({ roughness: 0.8, vertexColors: Boolean(colours), side: THREE.DoubleSide }));
-  mesh.userData.bare = true; // white: only the tint is visible, like in rviz
+  mesh.userData.bare = true; // white: only the tint is visible, as in rviz
   return mesh;
 }
 
