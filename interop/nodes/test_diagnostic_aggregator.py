@@ -15,7 +15,7 @@ from pyros1.ground.timing import Duration
 from pyros1.msgs.diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from pyros1.msgs.diagnostic_msgs.srv import AddDiagnostics
 from pyros1.node import Node
-from pyros1.robot_nodes.diagnostic_aggregator.additions import SERVICE
+from pyros1.robot_nodes.diagnostic_aggregator.added_analyzers import SERVICE
 from pyros1.robot_nodes.diagnostic_aggregator.configuration import PACKAGE
 from pyros1.robot_nodes.diagnostic_aggregator.node import AggregatorNode
 from pyros1.robot_nodes.shared.bond_link import BondLink

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from pyros1.msgs import from_definition
-from pyros1.web.publishing import IDLE_TIMEOUT, LATCHED_IDLE_TIMEOUT, Publishing
+from pyros1.web.publishing import IDLE_TIMEOUT, LATCHED_IDLE_TIMEOUT, PagePublishers
 from pyros1.web.server.wire import RequestError
 
 FLOAT = "std_msgs/Float64"
@@ -38,7 +38,7 @@ def published(node: Any) -> list[str]:
 
 
 def test_publishers_end_some_time_after_their_last_message(node: Any, clock: Clock) -> None:
-    publishing = Publishing(lambda: node, clock=clock)
+    publishing = PagePublishers(lambda: node, clock=clock)
     for name in ("/a", "/b"):
         publishing.publish(name, FLOAT, {"data": 1.0})
     publishing.publish("/latched", FLOAT, {"data": 1.0}, latch=True)
@@ -64,7 +64,7 @@ def test_the_one_that_was_used_least_recently_makes_room(
     node: Any, clock: Clock, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("pyros1.web.publishing.MAX_PUBLISHERS", 4)
-    publishing = Publishing(lambda: node, clock=clock)
+    publishing = PagePublishers(lambda: node, clock=clock)
     names = [f"/t{number}" for number in range(4)]
     for name in names:
         publishing.publish(name, FLOAT, {"data": 1.0})
@@ -76,7 +76,7 @@ def test_the_one_that_was_used_least_recently_makes_room(
 
 def test_a_type_with_another_definition_is_another_type(node: Any, clock: Clock) -> None:
     definition = "int32 one"
-    publishing = Publishing(lambda: node, lambda name: from_definition(name, definition), clock)
+    publishing = PagePublishers(lambda: node, lambda name: from_definition(name, definition), clock)
     publishing.publish("/a", "nowhere_msgs/Thing", {"one": 1})
     definition = "int32 two"
     publishing.publish("/a", "nowhere_msgs/Thing", {"two": 1})
@@ -85,7 +85,7 @@ def test_a_type_with_another_definition_is_another_type(node: Any, clock: Clock)
 
 def test_the_first_message_reaches_all_who_are_there(make_node: Callable[..., Any], node: Any) -> None:
     listeners = [make_node(f"listener{number}") for number in range(3)]
-    publishing = Publishing(lambda: node)
+    publishing = PagePublishers(lambda: node)
     for number in range(5):
         for listener in listeners:
             listener.subscribe(f"/first{number}", FLOAT, lambda message: None)
@@ -97,7 +97,7 @@ def test_a_type_that_nobody_takes_is_refused(node: Any, make_node: Callable[...,
     """The master told everybody the new type, and the page that the message was sent to nobody."""
     robot = make_node("robot")
     subscriber = robot.subscribe("/vel_cmd", FLOAT, lambda message: None)
-    publishing = Publishing(lambda: node, clock=clock)
+    publishing = PagePublishers(lambda: node, clock=clock)
     with pytest.raises(RequestError, match="/vel_cmd has the type std_msgs/Float64"):
         publishing.publish("/vel_cmd", "std_msgs/String", {"data": "x"})
     assert publishing.publish("/vel_cmd", FLOAT, {"data": 1.0}) == 1

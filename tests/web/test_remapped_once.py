@@ -80,7 +80,7 @@ def bridge(**frame: Any) -> Use:
 
 
 def page_publishes(node: Node, robot: Robot, name: str) -> None:
-    robot.publishing.publish(f"/{name.lstrip('/')}", KIND, {})
+    robot.publishers.publish(f"/{name.lstrip('/')}", KIND, {})
 
 
 def viewer_publishes(node: Node, robot: Robot, name: str) -> None:

@@ -73,11 +73,11 @@ class Messages(Generic[_M]):
         if len(self._inbox_by_source) >= self._cleanup_at:
             for other_source, inbox in list(self._inbox_by_source.items()):
                 if not other_source.connected and not len(inbox):
-                    self._inbox_set.forget(inbox)
+                    self._inbox_set.remove(inbox)
                     del self._inbox_by_source[other_source]
             self._cleanup_at = max(1, 2 * len(self._inbox_by_source))
         inbox = self._inbox_by_source[source] = Inbox(source)
-        self._inbox_set.open(inbox)
+        self._inbox_set.add(inbox)
         return inbox
 
     @property

@@ -141,7 +141,7 @@ class BridgePublishers:
             publisher.unregister()
 
     def _note_size(self, local: str, source: Source, size: int | None) -> None:
-        """Record the size of a latched message; None if there is none any longer. Called with the lock."""
+        """Record the size of a latched message; None if it is gone. Called with the lock held."""
         sizes = self._sizes.setdefault(source[0], {})
         self._totals[source[0]] = self._totals.get(source[0], 0) + (size or 0) - sizes.pop((local, source), 0)
         if size is not None:
@@ -150,7 +150,7 @@ class BridgePublishers:
             del self._sizes[source[0]], self._totals[source[0]]
 
     def _forget_oldest(self, site: str) -> None:
-        """Forget latched messages of a site if they are too large together. Called with the lock."""
+        """Forget latched messages of a site if they are too large together. Called with the lock held."""
         while len(self._sizes[site]) > 1 and self._totals[site] > LATCHED_BYTES:
             local, source = next(iter(self._sizes[site]))
             self.forgotten += 1

@@ -19,7 +19,7 @@ from pyros1.ground.terminal_text import one_line
 STAND_IN_SERVICE = "bridged_node"
 """Name of the service, below its node's name, of nodes that stand in for those of other sites."""
 _QUERY_TIME = 1.0
-"""Seconds for the answers of publishers."""
+"""Seconds to wait for the answers of publishers."""
 _MAX_QUERIES = 32
 """Maximum number of publishers that are asked at a time."""
 ASKING_TIME = 0.5
@@ -50,7 +50,7 @@ class LocalGraph:
     Attributes:
         bridges: the nodes that are bridges.
         publishers: the other nodes that publish what can be sent, from the master.
-        lost: those of them that do not respond any longer, set by the caller; their topics are left out.
+        lost: those of them that no longer respond, set by the caller; their topics are left out.
         problems: topic -> why it cannot be sent.
         is_behind: whether more publishers were to be asked than can be at a time.
         state: the state of the master when it was last asked.

@@ -15,7 +15,7 @@ from pyros1.graph import Graph, SystemState, probe_service
 from pyros1.ground.errors import ServiceUnavailableError
 
 _QUERY_TIME = 1.0
-"""Seconds for the answers of providers."""
+"""Seconds to wait for the answers of providers."""
 _MAX_QUERIES = 32
 """Maximum number of providers that are asked at a time."""
 RETRY_PERIOD = 10.0

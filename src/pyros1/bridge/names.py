@@ -137,7 +137,7 @@ class Pattern:
 
     def matches_name(self, name: str) -> bool:
         """Return whether the pattern matches the name of a topic, whatever the site."""
-        # If a part after a ** does not match, only the last ** needs to take one more part: never exponential.
+        # On a mismatch, it is enough to let the last ** match one more part, so the time is never exponential.
         parts, chunks = self._parts, name.split("/")[1:]
         part = chunk = received = 0
         last = -1

@@ -77,7 +77,7 @@ class PublisherWatch:
         self._on_change()
 
     def _note(self, name: str, responds: bool | None) -> None:
-        """Record whether a node responds; None if it is not watched any longer. Called with the lock."""
+        """Record whether a node responds; None if it is no longer watched. Called with the lock held."""
         self._responding = self._responding | {name} if responds else self._responding - {name}
         self._lost = self._lost | {name} if responds is False else self._lost - {name}
 

@@ -81,7 +81,7 @@ _QUEUE_SIZE = 1000
 _JOIN_TIME = 3.0
 _LOG_RATE = 0.5
 _LOG_BURST = 50
-"""Texts about other sites that are logged per second, and at once, even if they repeat earlier ones."""
+"""Messages about other sites that may be logged per second, and in one burst, even if they repeat earlier ones."""
 MakeLink = Callable[[Receive], Link]
 
 
@@ -146,11 +146,11 @@ class Bridge:
     # The link's side --------------------------------------------------------------------------------------------------
 
     def _on_packet(self, packet: Received, now: float) -> None:
-        """Let the state machine handle a packet. Called with the lock."""
+        """Let the state machine handle a packet. Called with the lock held."""
         self._act(self._site.on_packet(*packet, now))
 
     def _tick(self, now: float) -> None:
-        """Call the state machine's timer. Called with the lock."""
+        """Call the state machine's timer. Called with the lock held."""
         self._act(self._site.tick(now))
         self.inbox.known = self._site.known_sites()
         if self._rates.is_due(now):

@@ -34,7 +34,7 @@ from pyros1.node.services.server import ServiceServer
 from pyros1.node.services.workers import Workers
 
 PARAMETERS_TIMEOUT = 10.0
-"""Seconds for the parameters of another site."""
+"""Seconds to wait for another site's parameters."""
 _POLL_INTERVAL = 0.2
 """Seconds after which a waiting call looks again whether the bridge closes."""
 _RETRY_PERIOD = 1.0

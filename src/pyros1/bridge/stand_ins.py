@@ -1,6 +1,6 @@
 """Nodes that stand in for those of other sites: they do nothing, but can be watched, listed and pinged like others.
 
-Each lives as long as the other site reports its node alive, and never takes the name of a local node.
+Each runs as long as the other site reports that its node is alive, and never takes the name of a local node.
 """
 
 from __future__ import annotations
@@ -67,7 +67,7 @@ class StandIns:
         with self._lock:
             wanted = dict(self._wanted)
         for local, (node, serial) in [*self._running.items()]:
-            # One that was lost and found meanwhile is another process there.
+            # A node that was lost and found again meanwhile is a new process on its site.
             if local not in wanted or wanted[local].serial != serial or not node.ok():
                 self._end(local)
         self._retry_at = {local: at for local, at in self._retry_at.items() if local in wanted}
@@ -78,7 +78,7 @@ class StandIns:
             node_or_none = self._start(wanted[local].action)
             if node_or_none is not None:
                 self._running[local] = _RunningNode(node_or_none, wanted[local].serial)
-            if self._is_closing:  # in another thread, perhaps before it was among those that run
+            if self._is_closing:  # by another thread, perhaps before the node was in `_running`
                 self._end(local)
                 return
 
@@ -123,7 +123,7 @@ class StandIns:
         return [f"{key}:={special[key]}" for key in ("__ip", "__hostname") if key in special]
 
     def _is_free(self, local: str) -> bool:
-        """Return whether no node of this name runs: a registration may be left of one that was killed."""
+        """Return whether no node of this name is running; a killed node may have left its registration behind."""
         uri = self._graph.node_uri(local)
         if uri is None:
             return True

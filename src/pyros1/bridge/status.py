@@ -14,7 +14,7 @@ from pyros1.bridge.exchange.services.call_packets import CallCounts
 from pyros1.bridge.exchange.services.calls import RemoteService
 from pyros1.bridge.exchange.site import Site
 from pyros1.bridge.exchange.topic_sender import Flow
-from pyros1.bridge.protocol.key_expressions import again_key, topic_key
+from pyros1.bridge.protocol.key_expressions import direct_topic_key, topic_key
 from pyros1.bridge.rates import Count, Rate, Rates
 from pyros1.bridge.rules.services import PARAMETERS
 from pyros1.bridge.transport.inbox import Inbox
@@ -190,7 +190,7 @@ def _call_cells(counts: CallCounts) -> dict[str, Any]:
 
 
 def _keys(topic: OutgoingTopic) -> list[str]:
-    return [topic_key(topic.topic), *(again_key(peer, topic.topic) for peer in topic.requests)]
+    return [topic_key(topic.topic), *(direct_topic_key(peer, topic.topic) for peer in topic.requests)]
 
 
 def _add(*drops: Mapping[str, int]) -> dict[str, int]:

@@ -23,7 +23,7 @@ status, which is JSON."""
 _TRIGGER_MD5 = "937c9679a518e3a18d831e57125ea522"
 _MAX_STATUS = 8 << 20
 TIMEOUT = 2.5
-"""Seconds for the answer of a bridge."""
+"""Seconds to wait for a bridge's answer."""
 
 
 def find_providers(state: SystemState, service: str) -> list[str]:

@@ -16,7 +16,7 @@ from pyros1.ground.suggest import did_you_mean
 
 EXAMPLES_FOLDER = Path(__file__).parent / "examples"
 APIS = ("node", "rospy")
-"""The APIs: ``node`` is `pyros1.Node`; ``rospy`` is for programs that must also run on other installations of ROS 1."""
+"""The APIs: ``node`` is `pyros1.Node`; ``rospy`` is for programs that must also run on other ROS 1 installations."""
 SHARED_FOLDER_NAME = "both"
 PACKAGE_PLACEHOLDER = "my_package"
 """The package's name in the examples' files; it is replaced when the files are copied."""

@@ -22,7 +22,7 @@ _BOOLEANS = {
 
 
 class ParameterError(Error):
-    """A requested change of a configuration is not possible.
+    """A configuration cannot be changed as requested.
 
     Args:
         text: the error message.

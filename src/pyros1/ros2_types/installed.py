@@ -62,7 +62,7 @@ class InstalledTypes(Mapping[str, MessageType]):
 
 
 def environment_folders(environ: Mapping[str, str]) -> list[Path]:
-    """Return the folders of an environment in which an installation of ROS 2 was sourced, as far as they are there and
+    """Return the folders of an environment in which a ROS 2 installation was sourced, as far as they are there and
     have definitions.
     """
     folders = [Path(each, "share") for each in environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep) if each]

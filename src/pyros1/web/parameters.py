@@ -52,7 +52,7 @@ class Parameters:
         return value
 
     def has(self, name: str) -> bool:
-        """Return whether a parameter is set that pages may see; a namespace is set if it contains such a parameter."""
+        """Return whether a parameter is set and visible to pages; a namespace is if it contains such a parameter."""
         name = _full_name(name)
         if not self._access.topics:
             return self._master.has_param(name)

@@ -29,7 +29,7 @@ class _PublisherKey(NamedTuple):
     latch: bool
 
 
-class Publishing:
+class PagePublishers:
     """The publishers that all pages share.
 
     Args:

@@ -21,7 +21,7 @@ from pyros1.web.hub import Hub
 from pyros1.web.message_types import MessageTypes
 from pyros1.web.package_files import PackageFiles
 from pyros1.web.parameters import Parameters
-from pyros1.web.publishing import Publishing
+from pyros1.web.publishing import PagePublishers
 from pyros1.web.scene.tf_listener import TfListener
 from pyros1.web.server.access import Access
 from pyros1.web.server.wire import RequestError
@@ -80,7 +80,7 @@ class Robot:
         self._node_found = threading.Event()
         self._hub = Hub(self._subscribe, self._now, wait_for_publishers=self._wait_for_publishers)
         self.types = MessageTypes(self.listen)
-        self.publishing = Publishing(lambda: self.node, self.types.find)
+        self.publishers = PagePublishers(lambda: self.node, self.types.find)
         self.client_services = ClientServices(lambda: self.node)
         self._thread = threading.Thread(target=self._search_for_master, name="web: search for the master", daemon=True)
 
@@ -183,7 +183,7 @@ class Robot:
 
     def clean_up(self) -> None:
         """Close publishers that have not been used for a while. Must be called periodically."""
-        self.publishing.clean_up()
+        self.publishers.clean_up()
 
     def close(self) -> None:
         """Close everything, and end waits for an unreachable master. May be called repeatedly."""
@@ -197,7 +197,7 @@ class Robot:
             self._node.shutdown()  # in case it was created meanwhile
         self.bags.close()
         self._hub.close()
-        self.publishing.close()
+        self.publishers.close()
 
     def _search_for_master(self) -> None:
         while not self._closed.is_set():

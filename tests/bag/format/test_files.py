@@ -58,7 +58,7 @@ def test_a_file_that_becomes_shorter_while_it_is_read(head: bytes, length: int) 
     with closing(BagFile(source)) as bag:
         for missing in (1, 8, 12, 20):
             source.truncate(bag.size - 4 - missing)
-            with pytest.raises(RecordError, match="the file became shorter while it was read"):
+            with pytest.raises(RecordError, match="the file was truncated while it was being read"):
                 bag.record(len(head))
 
 

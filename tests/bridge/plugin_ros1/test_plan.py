@@ -44,7 +44,7 @@ def test_of_two_types_the_first_counts() -> None:
     first, second = resource("/odom"), resource("/odom", type="nav_msgs/Odometry", md5sum=OTHER)
     plan = make_plan(rules(take="/odom"), [], [], [first, second, resource("/odom", md5sum=OTHER)])
     assert plan.takes["/odom"].sources == [first]
-    assert plan.problems == {"/odom": "others with that name are left out, since their type is not std_msgs/String"}
+    assert plan.problems == {"/odom": "others of that name are ignored, since their type is not std_msgs/String"}
 
 
 def test_services() -> None:

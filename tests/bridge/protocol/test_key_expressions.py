@@ -10,7 +10,7 @@ from pyros1.bridge.names import Pattern, SharedName
 from pyros1.bridge.protocol.key_expressions import (
     Channel,
     Key,
-    again_key,
+    direct_topic_key,
     parse_key,
     path_key,
     site_key,
@@ -28,9 +28,9 @@ TOPIC = SharedName("red", "/camera/image")
         (to_key("red"), "pyros1/1/base/to/red", Key("base", Channel.TO, "red")),
         (topic_key(TOPIC), "pyros1/1/base/t/red/camera/image", Key("base", Channel.TOPIC, "", TOPIC)),
         (
-            again_key("blue", TOPIC),
+            direct_topic_key("blue", TOPIC),
             "pyros1/1/base/again/blue/red/camera/image",
-            Key("base", Channel.AGAIN, "blue", TOPIC),
+            Key("base", Channel.DIRECT, "blue", TOPIC),
         ),
     ],
 )

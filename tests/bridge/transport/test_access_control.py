@@ -13,7 +13,7 @@ import pytest
 
 from pyros1.bridge.exchange.actions import Send
 from pyros1.bridge.names import SharedName
-from pyros1.bridge.protocol.key_expressions import Key, again_key, call_key, to_key, topic_key
+from pyros1.bridge.protocol.key_expressions import Key, call_key, direct_topic_key, to_key, topic_key
 from pyros1.bridge.rules.site_access import SiteAccess
 from pyros1.bridge.transport.access_control import security_settings
 from pyros1.bridge.transport.certificates import SiteKeys, load_keys, make_keys
@@ -84,7 +84,7 @@ def test_sites_with_keys_exchange_packets_through_a_base(keys: Path, port: int, 
     red.received_until(b"hi red", lambda: base.send(to_key("red"), b"hi red"))
     green.link.listen("red", topic_key(ODOM), True)
     green.received_until(b"odometry", lambda: red.send(topic_key(ODOM), b"odometry"))
-    green.received_until(b"missed", lambda: red.send(again_key("green", ODOM), b"missed"))
+    green.received_until(b"missed", lambda: red.send(direct_topic_key("green", ODOM), b"missed"))
     green.received_until(b"call", lambda: red.send(call_key("green", SharedName("green", "/add")), b"call"))
 
 
@@ -113,11 +113,11 @@ def test_packets_for_one_site_are_not_read_by_others(keys: Path, port: int, make
     red = make_site(keys / "red", "red", [], connect=[f"tls/127.0.0.1:{port}"])
     red.received_until(b"secret", lambda: base.send(to_key("red"), b"secret"))
 
-    red.received_until(b"secret", lambda: base.send(again_key("red", ODOM), b"secret"))
+    red.received_until(b"secret", lambda: base.send(direct_topic_key("red", ODOM), b"secret"))
 
     def ask() -> None:
         base.send(to_key("red"), b"secret")
-        base.send(again_key("red", ODOM), b"secret")
+        base.send(direct_topic_key("red", ODOM), b"secret")
         base.send("hello", b"to all")
 
     assert b"secret" not in spy.received_until(b"to all", ask)

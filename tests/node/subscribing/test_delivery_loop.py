@@ -585,7 +585,7 @@ def test_the_turn_of_a_link_is_over_after_a_while_if_others_wait(clock: Clock, o
     messages = [b"%04d" % number for number in range(8)]
     delivery.add(_Link(messages))
     if others:
-        delivery.inboxes.open(inbox)
+        delivery.inboxes.add(inbox)
         delivery.push(inbox, "other", 50)
     delivery.run(None)
     assert said == [*messages[:4], "other", *messages[4:]] if others else messages  # a turn of two, and another one
@@ -642,7 +642,7 @@ def test_who_subscribed_before_a_message_was_sent_gets_it_though_others_are_behi
             delivery.push(inbox, "new", 50)
 
     delivery = loop_with(_Driver(), deliver)
-    delivery.inboxes.open(inbox)
+    delivery.inboxes.add(inbox)
     delivery.push(inbox, "old", 50)
     delivery.run(None)
     assert said == ["old", "begun", "new"]
@@ -672,7 +672,7 @@ def test_a_callback_that_raises_what_nobody_catches_costs_no_other_message() -> 
             raise GeneratorExit
 
     delivery = loop_with(_Driver(), deliver)
-    delivery.inboxes.open(inbox)
+    delivery.inboxes.add(inbox)
     for item in ("good", "bad", "next"):
         delivery.push(inbox, item, 50)
     with pytest.raises(GeneratorExit):
@@ -686,7 +686,7 @@ def test_a_full_inbox_is_emptied_in_place_of_a_busy_asyncio_loop() -> None:
     driver, inbox = _Driver(), here()
     driver.cooperative = True
     delivery = loop_with(driver, said.append)
-    delivery.inboxes.open(inbox)
+    delivery.inboxes.add(inbox)
     for number in range(5):
         delivery.push(inbox, number, 2)
     assert said == [0, 1, 2, 3] and delivery.dropped == 0

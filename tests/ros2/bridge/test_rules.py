@@ -76,11 +76,11 @@ def test_whose_parameters() -> None:
 
 def test_explanation() -> None:
     *lines, services = Ros2Rules(["/odom", "!/x"], [], ["/arm/**"]).explain()
-    assert services.startswith("never, services: */get_loggers, */set_logger_level, */tf2_frames, ")
+    assert services.startswith("never exchanged, services: */get_loggers, */set_logger_level, */tf2_frames, ")
     assert lines == [
         "from ROS 1 to ROS 2: /odom, but not /x",
         "from ROS 2 to ROS 1: nothing",
         "parameters of ROS 2 nodes for dynamic_reconfigure: /arm/**",
         "the log (/rosout): not exchanged",
-        "never: /rosout_agg, /parameter_events, /statistics",
+        "never exchanged, topics: /rosout_agg, /parameter_events, /statistics",
     ]

@@ -1,6 +1,6 @@
 """Bridges to ROS 2 that run: with a session that does what ROS 2 nodes do, and with each other.
 
-Feature: topics of ROS 2 nodes that use rmw_zenoh -- `pyros1 bridge ros2`, without an installation of ROS 2
+Feature: topics of ROS 2 nodes that use rmw_zenoh -- `pyros1 bridge ros2`, without a ROS 2 installation
 """
 
 from __future__ import annotations

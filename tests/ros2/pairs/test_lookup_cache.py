@@ -1,4 +1,4 @@
-"""What is remembered of types that were looked up, however many a program of ROS 2 names."""
+"""What is remembered of types that were looked up, however many a ROS 2 program names."""
 
 from __future__ import annotations
 

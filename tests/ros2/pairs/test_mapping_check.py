@@ -27,7 +27,7 @@ def test_rules_that_can_be_used() -> None:
             True,
         ),
         (
-            "f:5: std_srvs/Empty is my_srvs/srv/Nothing, with the fields of ROS 1, since its definition is not here",
+            "f:5: std_srvs/Empty is my_srvs/srv/Nothing, with the ROS 1 fields, since its definition is not here",
             True,
         ),
     ]
@@ -36,7 +36,7 @@ def test_rules_that_can_be_used() -> None:
 def test_a_name_that_is_misspelt() -> None:
     ((line, is_usable),) = check(TypeRule("std_msgs/String", "std_msgs/msg/Strin", place="f:3"))
     assert line == (
-        "f:3: std_msgs/String is std_msgs/msg/Strin, with the fields of ROS 1, but ROS 2 has no known type "
+        "f:3: std_msgs/String is std_msgs/msg/Strin, with the ROS 1 fields, but ROS 2 has no known type "
         "Strin in std_msgs/msg (did you mean 'String'?)"
     )
     assert not is_usable

@@ -3,7 +3,7 @@
 import assert from "node:assert/strict";
 import test from "node:test";
 
-import { JoyReader, ORDERS, Sender, joyAxis, names, ordered } from "../../../src/pyros1/web/page/lib/gamepad.js";
+import { JoyReader, ORDERS, Sender, arrangeInputs, joyAxis, names } from "../../../src/pyros1/web/page/lib/gamepad.js";
 
 // A gamepad at rest, with some axes moved and some buttons pressed, by the browser's numbers.
 function gamepad(axes = {}, pressed = {}, mapping = "standard") {
@@ -30,7 +30,7 @@ const BUTTONS = {
   browser: Object.fromEntries(Array.from({ length: 17 }, (_, index) => [index, index])),
 };
 
-test("each button has the number of Linux", () => {
+test("each button has the same number as under Linux", () => {
   assert.deepEqual(Object.keys(BUTTONS), Object.keys(ORDERS));
   for (const [order, numbers] of Object.entries(BUTTONS)) {
     const count = Object.keys(numbers).length;
@@ -62,14 +62,14 @@ test("a trigger goes from 1 to -1 once it has been used", () => {
   assert.deepEqual(triggers(0, 0), [1, 1]);
 });
 
-test("a stick that is held when the gamepad appears does not drive", () => {
+test("a stick that is held when the gamepad appears counts as centred until it moves", () => {
   const reader = new JoyReader("xbox");
   assert.equal(reader.read(gamepad({ 1: -1 }), 0.1).axes[1], 0);
   assert.equal(reader.read(gamepad({ 1: -1 }), 0.1).axes[1], 0);
   assert.ok(reader.read(gamepad({ 1: -0.9 }), 0.1).axes[1] > 0.8);
 });
 
-test("axes grow from the dead zone's border, and stay within -1 to 1", () => {
+test("axes rise from 0 at the edge of the dead zone, and stay within -1 to 1", () => {
   for (let trial = 0; trial < 2000; trial += 1) {
     const deadzone = Math.random() * 1.2 - 0.1;
     const value = Math.random() * 2.4 - 1.2;
@@ -83,26 +83,26 @@ test("axes grow from the dead zone's border, and stay within -1 to 1", () => {
   assert.ok(Object.is(joyAxis(0, 0.1), 0)); // not -0
 });
 
-test("a gamepad that the browser does not know keeps its numbers", () => {
+test("a gamepad that the browser does not know keeps its own numbering", () => {
   const pad = gamepad({ 0: -1 }, { 3: 1 }, "");
   for (const order of Object.keys(ORDERS)) {
-    assert.deepEqual(ordered(pad, order).axes, [-1, 0, 0, 0]);
-    assert.equal(ordered(pad, order).buttons[3], 1);
+    assert.deepEqual(arrangeInputs(pad, order).axes, [-1, 0, 0, 0]);
+    assert.equal(arrangeInputs(pad, order).buttons[3], 1);
     assert.deepEqual(names(pad, order), { axes: [], buttons: [] });
   }
   const few = { mapping: "standard", axes: [1], buttons: [] }; // less than the standard has
-  assert.deepEqual(joyAxis(ordered(few, "xbox").axes[0], 0), -1);
-  assert.equal(ordered(few, "xbox").buttons.length, 11);
+  assert.deepEqual(joyAxis(arrangeInputs(few, "xbox").axes[0], 0), -1);
+  assert.equal(arrangeInputs(few, "xbox").buttons.length, 11);
 });
 
-test("each number has a name", () => {
+test("each axis and button has a name", () => {
   for (const order of Object.keys(ORDERS)) {
-    const { axes, buttons } = ordered(gamepad(), order);
+    const { axes, buttons } = arrangeInputs(gamepad(), order);
     assert.deepEqual([names(gamepad(), order).axes.length, names(gamepad(), order).buttons.length], [axes.length, buttons.length]);
   }
 });
 
-test("what is new is sent at once, what is not ten times per second, and letting go once", () => {
+test("sends changes at once, unchanged states ten times per second, and the release once", () => {
   const sent = [];
   const sender = new Sender((state) => sent.push(state));
   const at = (state, now) => {

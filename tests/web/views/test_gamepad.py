@@ -90,8 +90,8 @@ def test_a_state_is_not_published_late(ear: Ear, watch: Make, robot: Robot, monk
         assert may_open.wait(PATIENCE)
         return call(*args)
 
-    monkeypatch.setattr(robot.publishing, "advertise", partial(slowly, robot.publishing.advertise))
-    monkeypatch.setattr(robot.publishing, "publish", partial(slowly, robot.publishing.publish))
+    monkeypatch.setattr(robot.publishers, "advertise", partial(slowly, robot.publishers.advertise))
+    monkeypatch.setattr(robot.publishers, "publish", partial(slowly, robot.publishers.publish))
     watched.view.change({**idle, "state": DRIVE})
     assert is_opening.wait(PATIENCE)
     watched.view.change(idle)

@@ -184,7 +184,7 @@ class McapReader:
             raise BagError(self.path, str(error), offset) from None
         content = self._file.read(size)
         if len(content) < size:
-            raise BagError(self.path, f"the file became shorter while it was read{_RECOVERY_HINT}", offset)
+            raise BagError(self.path, f"the file was truncated while it was being read{_RECOVERY_HINT}", offset)
         return op, memoryview(content)
 
     def _add_record(self, op: int, content: memoryview) -> McapMessage | None:

@@ -258,7 +258,7 @@ class BagFile:
         if len(data) < size + 8:
             data = self.read(position, size + 8)
             if len(data) < size + 8:
-                raise RecordError("the file became shorter while it was read")
+                raise RecordError("the file was truncated while it was being read")
         fields = parse_fields(data[4 : 4 + size])
         op_of(fields)
         (length,) = U32.unpack_from(data, 4 + size)

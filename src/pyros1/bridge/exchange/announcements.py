@@ -74,7 +74,7 @@ class Announcements:
         return actions
 
     def update(self, now: float) -> list[Action]:
-        """Return the lists that must be sent since topics, sites or subscribers have changed."""
+        """Update all lists after a change of topics, sites or subscribers; return the pages that must be sent."""
         for name, lists in self.lists.items():
             lists.offer.update(self._topic_sender.offers(name))
         self.update_services()
@@ -86,7 +86,7 @@ class Announcements:
             lists.services.update(self._services.served.offers(name))
 
     def update_requests(self, now: float) -> list[Action]:
-        """Return the lists that must be sent since subscribers, or what others offer, have changed."""
+        """Update the requests after a change of subscribers or offers; return the pages that must be sent."""
         requests = self._topic_receiver.requests()
         for name, lists in self.lists.items():
             lists.request.update(requests.get(name, ()))

@@ -7,9 +7,9 @@ from pyros1.bridge.names import SharedName
 
 _PERIOD = 0.1
 """Minimum seconds between answers to a site's requests for the same topic, or for definitions."""
-_AGAIN_RATE = 8e6
-_AGAIN_BURST = 32e6
-"""Bytes of messages per second, and at once, that a site may ask for again."""
+_RESEND_RATE = 8e6
+_RESEND_BURST = 32e6
+"""Bytes per second, and bytes at once, of messages that a site may request again."""
 _MAX_ENTRIES = 10_000
 
 
@@ -18,7 +18,7 @@ class AnswerLimits:
 
     def __init__(self) -> None:
         self._answered_at: dict[tuple[str, SharedName | None], float] = {}
-        self._again: dict[str, TokenBucket] = {}  # bytes, for each site
+        self._resent: dict[str, TokenBucket] = {}  # bytes, for each site
 
     def may_answer(self, peer: str, topic: SharedName | None, now: float) -> bool:
         """Return whether to answer a site's request about a topic, or for definitions (None); if so, record it."""
@@ -29,14 +29,14 @@ class AnswerLimits:
         self._answered_at[peer, topic] = now
         return True
 
-    def may_send_again(self, peer: str, topic: SharedName, now: float) -> bool:
-        """Return whether to send messages again to a site that asks for them; if so, record it."""
+    def may_resend(self, peer: str, topic: SharedName, now: float) -> bool:
+        """Return whether to resend messages to a site that requests them; if so, record it."""
         if not self.may_answer(peer, topic, now):
             return False
-        if len(self._again) >= _MAX_ENTRIES:
-            self._again.clear()
-        return self._again.setdefault(peer, TokenBucket(_AGAIN_RATE, _AGAIN_BURST)).take(now)
+        if len(self._resent) >= _MAX_ENTRIES:
+            self._resent.clear()
+        return self._resent.setdefault(peer, TokenBucket(_RESEND_RATE, _RESEND_BURST)).take(now)
 
-    def note_sent_again(self, peer: str, size: int) -> None:
-        """Record how many bytes are sent to a site again."""
-        self._again[peer].charge(size)
+    def note_resent(self, peer: str, size: int) -> None:
+        """Record how many bytes are resent to a site."""
+        self._resent[peer].charge(size)

@@ -6,7 +6,7 @@ ways are, which bounds the offset. Of several bounds, the least holds; since clo
 
 Clocks may also stand still for a while, as that of a virtual machine that is paused. The other way of a round trip
 bounds the offset from below: if that is more than the least bound from above, a clock has stood still since then, and
-bounds from before do not hold any longer.
+bounds from before no longer hold.
 """
 
 from __future__ import annotations

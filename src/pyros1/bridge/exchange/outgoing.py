@@ -242,7 +242,7 @@ class OutgoingTopic:
         return found[:MAX_NUMBERS], first_kept
 
     def forget_all(self) -> None:
-        """Discard all messages, since no site wants the topic any longer."""
+        """Discard all messages, since no site wants the topic now."""
         self._history.clear()
         self._history_bytes = 0
         self._latched.clear()

@@ -87,7 +87,7 @@ class Outputs:
         return [Forget(local, source)]
 
     def forget_feed(self, local: str, feed: Feed) -> list[Action]:
-        """Return the actions by which no messages of a topic of another site are kept any longer."""
+        """Return the actions after which no messages of another site's topic are kept."""
         sources = [source for source in self._sources.get(local, ()) if source[:2] == feed]
         return [action for source in sorted(sources) for action in self.forget(local, source)]
 

@@ -38,7 +38,7 @@ _ANSWER_PERIOD = 0.1
 """Minimum seconds between heartbeats in response to packets of a site that is not present yet, so that a flood of such
 packets does not cause a flood of heartbeats."""
 _NAMESAKE_TIME = 10.0
-"""Seconds after which packets of the previous run cannot merely be delayed: two bridges have the same name."""
+"""Seconds after which packets of a previous run cannot be merely delayed ones: two bridges must have the same name."""
 _NAMESAKE_TURNS = 5
 _SHARED_TIME = 60.0
 """Seconds for which the status reports two bridges with the same name, after the last sign of it."""

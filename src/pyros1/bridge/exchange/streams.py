@@ -337,7 +337,7 @@ class LatchedStream(_CountingStream):
         return [Delivery(head, None)]
 
     def _forget_gone(self) -> None:
-        """Forget publishers that are gone, and so long ago that their messages cannot come any longer."""
+        """Forget publishers that went so long ago that no more of their messages can arrive."""
         for publisher in [each for each in self._newest if each not in self._present][: MAX_NUMBERS // 2]:
             del self._newest[publisher]
 

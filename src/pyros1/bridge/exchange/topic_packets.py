@@ -6,7 +6,7 @@ from collections.abc import Collection, Mapping
 
 from pyros1.bridge.exchange.actions import Send
 from pyros1.bridge.exchange.outgoing import NumberedMessage, OutgoingTopic
-from pyros1.bridge.protocol.key_expressions import again_key, to_key, topic_key
+from pyros1.bridge.protocol.key_expressions import direct_topic_key, to_key, topic_key
 from pyros1.bridge.protocol.packets import (
     Definition,
     Flag,
@@ -40,7 +40,9 @@ class TopicPackets:
         """Return the packets for a message: one for all sites that want it, and those for sites that get their own."""
         head = message.head
         packets = [
-            _of_message(topic, message, again_key(peer, topic.topic), head._replace(to_epoch=self.epochs.get(peer, 0)))
+            _of_message(
+                topic, message, direct_topic_key(peer, topic.topic), head._replace(to_epoch=self.epochs.get(peer, 0))
+            )
             for peer in sorted(separate)
         ]
         if len(separate) < len(topic.requests):
@@ -75,7 +77,7 @@ class TopicPackets:
 
     def _of_old_message(self, topic: OutgoingTopic, message: NumberedMessage, peer: str) -> Send:
         head = message.head._replace(to_epoch=self.epochs.get(peer, 0))
-        packet = _of_message(topic, message, again_key(peer, topic.topic), head)
+        packet = _of_message(topic, message, direct_topic_key(peer, topic.topic), head)
         # A message that still waits to be sent again is not queued twice.
         return packet._replace(replaces=head.number, may_drop=False)
 

@@ -186,7 +186,7 @@ class TopicReceiver:
         incoming.is_paused, incoming.paused_until = before.is_paused, before.paused_until
         if not (before.is_wanted or before.is_paused):
             return []
-        before.stream.restart(now)  # nothing is kept back any longer
+        before.stream.restart(now)  # nothing is held back from now on
         return self._outputs.forget_feed(incoming.settings.local, feed)
 
     def _forget_streams(self, peer: str) -> None:
@@ -316,7 +316,7 @@ class TopicReceiver:
 
     def _stop(self, feed: Feed, incoming: IncomingTopic, now: float) -> list[Action]:
         """Stop requesting a topic. Its latched messages are forgotten, since they may change unnoticed from now on."""
-        incoming.stream.restart(now)  # nothing is kept back any longer
+        incoming.stream.restart(now)  # nothing is held back from now on
         return self._ignore(feed, incoming)
 
     def _pause(self, feed: Feed, incoming: IncomingTopic) -> list[Action]:
@@ -330,7 +330,7 @@ class TopicReceiver:
         return [Listen(peer, topic_key(topic), False), *self._outputs.forget_feed(incoming.settings.local, feed)]
 
     def requests(self) -> dict[str, list[Request]]:
-        """Return what this site wants from each other one."""
+        """Return what this site wants from each of the other sites."""
         found: dict[str, list[Request]] = {}
         for (peer, topic), incoming in self._incoming.items():
             if incoming.is_wanted or incoming.is_paused:
@@ -349,7 +349,7 @@ class TopicReceiver:
         ended = [incoming for incoming in self._incoming.values() if now >= incoming.paused_until]
         for incoming in ended:
             incoming.is_paused, incoming.paused_until = False, float("inf")
-            incoming.stream.restart(now)  # nothing is kept back any longer
+            incoming.stream.restart(now)  # nothing is held back from now on
         return bool(ended)
 
     # Messages ---------------------------------------------------------------------------------------------------------

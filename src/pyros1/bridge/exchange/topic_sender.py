@@ -327,10 +327,10 @@ class TopicSender:
     def on_missed(self, peer: str, missed: ResendRequest, now: float) -> list[Action]:
         """Return the packets to send because another site missed messages."""
         sent = self._sent.get(missed.topic)
-        if sent is None or peer not in sent.topic.requests or not self._limits.may_send_again(peer, missed.topic, now):
+        if sent is None or peer not in sent.topic.requests or not self._limits.may_resend(peer, missed.topic, now):
             return []
         packets = self._packets.resend(sent.topic, peer, missed)
-        self._limits.note_sent_again(peer, sum(len(packet.body) for packet in packets))
+        self._limits.note_resent(peer, sum(len(packet.body) for packet in packets))
         return [*packets]
 
     def on_ask(self, peer: str, md5sums: Iterable[str], now: float) -> list[Action]:

@@ -14,7 +14,7 @@ from pyros1.doctor.concurrent import run_concurrently
 from pyros1.graph import Graph, probe_service
 
 _QUERY_TIME = 1.0
-"""Seconds for the answers of providers."""
+"""Seconds to wait for the answers of providers."""
 _MAX_QUERIES = 32
 """Maximum number of services that are asked at a time."""
 _RETRY_PERIOD = 10.0

@@ -122,5 +122,5 @@ def make_plan(
         if (taken.type, taken.md5sum) == (resource.type, resource.md5sum):
             taken.sources.append(resource)
         else:
-            plan.problems[found.name] = f"others with that name are left out, since their type is not {taken.type}"
+            plan.problems[found.name] = f"others of that name are ignored, since their type is not {taken.type}"
     return plan

@@ -72,7 +72,12 @@ class PluginServices:
         self._lock = threading.Lock()
 
     def count(self, kind: str, local: str) -> CallCount:
-        """Return the count of a service by its name here: ``calls`` for one of others, ``serves`` for one of ours."""
+        """Return the count of a service, by its local name.
+
+        Args:
+            kind: ``calls`` for a service of another bridge, ``serves`` for one that is served here.
+            local: the service's local name.
+        """
         with self._lock:
             return self._counts.setdefault((kind, local), CallCount())
 

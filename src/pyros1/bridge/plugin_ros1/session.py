@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     import zenoh
 
 CALL_TIME = 60.0
-"""Seconds for the response of a service."""
+"""Seconds to wait for a service's response."""
 _MAX_ERROR = 1000
 
 
@@ -64,7 +64,7 @@ class PluginSession(ZenohSession):
         connect, listen, settings: see `pyros1.bridge.transport.zenoh_link.ZenohSession`.
 
     Raises:
-        LinkError: eclipse-zenoh is not installed, or cannot listen or use a setting.
+        LinkError: eclipse-zenoh is not installed, cannot listen, or rejects a setting.
     """
 
     def __init__(
@@ -89,7 +89,7 @@ class PluginSession(ZenohSession):
         super().__init__("zenoh-bridge-ros1", connect, listen, settings)
 
     def on_open(self) -> None:
-        """Declare what never changes. Called with the lock."""
+        """Declare what never changes. Called with the lock held."""
         self._fixed = [
             self.session.declare_subscriber(key, self._on_beacon_sample, allowed_origin=self.zenoh.Locality.REMOTE)
             for key in self._beacons
@@ -212,7 +212,7 @@ class PluginSession(ZenohSession):
         return bytes(reply.ok.payload.to_bytes())
 
     def on_close(self) -> None:
-        """End the pending calls. Called with the lock."""
+        """End the pending calls. Called with the lock held."""
         for replies in self._calls:
             replies.put(None)
 

@@ -86,7 +86,7 @@ class PluginState:
             self._renew_plan(now)
 
     def tick(self, now: float) -> list[Send]:
-        """Forget what is not announced any longer, and return the beacons to send.
+        """Forget what is no longer announced, and return the beacons to send.
 
         The plugin sends them with the lowest priority. Here they have a high one: they are few, and where they do not
         come through, what they announce would be lost just when there is much of it.

@@ -31,7 +31,7 @@ class Channel(Enum):
     HELLO = "hello"
     TO = "to"
     TOPIC = "t"
-    AGAIN = "again"
+    DIRECT = "again"
     CALL = "call"
 
 
@@ -59,8 +59,8 @@ def topic_key(topic: SharedName) -> str:
     return f"t/{topic.site}{topic.name}"
 
 
-def again_key(peer: str, topic: SharedName) -> str:
-    """Return the key for a topic's messages to one site."""
+def direct_topic_key(peer: str, topic: SharedName) -> str:
+    """Return the key for a topic's messages that are sent to one site only."""
     return f"again/{peer}/{topic.site}{topic.name}"
 
 

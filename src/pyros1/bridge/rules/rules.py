@@ -20,7 +20,7 @@ DEFAULT_MAX_SIZE = 16 << 20
 NEWEST_AGE = 2.0
 """Maximum age of a message in seconds where only the newest one counts, if neither rule nor type set another one."""
 RELIABLE_AGE = 30.0
-"""Maximum age of a message in seconds where all count."""
+"""Maximum age of a message in seconds where every message counts."""
 LOSS_DELAY = 5.0
 """Seconds without a response after which another site, or a node that publishes what it wants, is lost."""
 
@@ -258,7 +258,7 @@ class Rules:
         pattern = rule.pattern
         owners = others if pattern.site == "*" else [pattern.site or self.site]
         for owner in owners:
-            name = name_there(rule, local, self.prefix(owner))
+            name = remote_name(rule, local, self.prefix(owner))
             if name is not None and pattern.matches_name(name):
                 yield SharedName(owner, name)
 
@@ -293,7 +293,7 @@ class Rules:
         return "no rule takes it"
 
     def local_name(self, rule: Rule, shared: SharedName) -> str:
-        """Return the name here of a topic that a rule takes."""
+        """Return the local name of a topic that a rule takes."""
         if not rule.here:
             return self.default_name(shared)
         subtree = rule.pattern.subtree
@@ -303,8 +303,8 @@ class Rules:
         return any(pattern.matches(shared, self.site) for pattern in patterns)
 
 
-def name_there(rule: Rule, local: str, prefix: str) -> str | None:
-    """Return the name that a topic has on the master of the site it belongs to; None if the rule is for others."""
+def remote_name(rule: Rule, local: str, prefix: str) -> str | None:
+    """Return a topic's name on the master of the site that owns it; None if the rule does not apply to it."""
     if not rule.here:
         return local[len(prefix) :] if local.startswith(prefix + "/") else None
     subtree = rule.pattern.subtree

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 
 from pyros1.bridge.names import Pattern, SharedName, is_topic_name
-from pyros1.bridge.rules.rules import Rule, RuleMatch, Rules, name_there
+from pyros1.bridge.rules.rules import Rule, RuleMatch, Rules, remote_name
 from pyros1.bridge.rules.site_access import may_serve
 
 PARAMETERS = "/pyros1_bridge/parameters"
@@ -28,7 +28,7 @@ def match_served(rules: Rules, local: str) -> RuleMatch | None:
         local: the service's name here.
     """
     for rule in rules.services.serve:
-        name = name_there(rule, local, "")
+        name = remote_name(rule, local, "")
         if name is None or not rule.pattern.matches_name(name) or not is_topic_name(name) or name == PARAMETERS:
             continue
         shared = SharedName(rules.site, name)

@@ -70,7 +70,7 @@ class Inbox:
     Attributes:
         known: the sites that have shown that they are there; each has a queue of its own. May be set in any thread.
         dropped: how many packets were dropped because too many waited, or because they were too large.
-        costs: what was done for sites of which nothing waits any longer, but that were ahead of others.
+        costs: what was done for sites that were ahead of others and have nothing waiting now.
     """
 
     def __init__(

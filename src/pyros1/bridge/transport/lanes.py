@@ -62,7 +62,7 @@ class Lanes:
 
     @property
     def is_empty(self) -> bool:
-        """Whether no packet waits."""
+        """Whether no packets are waiting."""
         for lane in self._lanes.values():  # noqa: SIM110 - any() takes thrice the time, for each message
             if lane.outbox:
                 return False

@@ -55,7 +55,7 @@ class MemoryNetwork:
         self._order = count()
 
     def connect(self, site: str, receive: Receive) -> MemoryLink:
-        """Return the link of a site; an earlier link of that site gets nothing any longer.
+        """Return the link of a site; an earlier link of that site gets nothing from now on.
 
         Args:
             site: the site's name.

@@ -112,7 +112,7 @@ class Outbox:
         self._note_drop(self._remove(queue, number), reason)
 
     def _forget_number(self, packet: Send, number: int) -> None:
-        """Record that a packet cannot be replaced any longer."""
+        """Record that a packet can no longer be replaced."""
         if packet.replaces is not None:
             slot = (packet.key, packet.replaces)
             numbers = self._replaceable[slot]

@@ -20,7 +20,7 @@ class Router:
         settings: further settings of zenoh, as for `pyros1.bridge.transport.zenoh_link.ZenohLink`.
 
     Raises:
-        LinkError: eclipse-zenoh is not installed, or cannot listen or use a setting.
+        LinkError: eclipse-zenoh is not installed, cannot listen, or rejects a setting.
     """
 
     def __init__(self, connect: Sequence[str], listen: Sequence[str], settings: Mapping[str, str]) -> None:

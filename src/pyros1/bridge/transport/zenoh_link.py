@@ -75,7 +75,7 @@ class ZenohSession:
             ``transport/link/tls/root_ca_certificate``.
 
     Raises:
-        LinkError: eclipse-zenoh is not installed, or cannot listen or use a setting.
+        LinkError: eclipse-zenoh is not installed, cannot listen, or rejects a setting.
 
     Attributes:
         problem: why there is no connection, if known; empty if there is one.
@@ -124,10 +124,10 @@ class ZenohSession:
         return self._closing.is_set()
 
     def on_open(self) -> None:
-        """Declare what is needed in the new session. Called with the lock."""
+        """Declare what is needed in the new session. Called with the lock held."""
 
     def on_close(self) -> None:
-        """End the waits of other threads. Called with the lock."""
+        """End the waits of other threads. Called with the lock held."""
 
     def _open(self, config: Any) -> None:
         session: Any = self.zenoh.open(config)
@@ -186,7 +186,7 @@ class ZenohLink(ZenohSession):
         connect, listen, settings: see `ZenohSession`.
 
     Raises:
-        LinkError: eclipse-zenoh is not installed, or cannot listen or use a setting.
+        LinkError: eclipse-zenoh is not installed, cannot listen, or rejects a setting.
     """
 
     def __init__(
@@ -207,7 +207,7 @@ class ZenohLink(ZenohSession):
         super().__init__(site, connect, listen, settings)
 
     def on_open(self) -> None:
-        """Subscribe to this site's packets and the requested topics. Called with the lock."""
+        """Subscribe to this site's packets and the requested topics. Called with the lock held."""
         own = ("hello", f"to/{self._site}", f"again/{self._site}/**", f"call/{self._site}/**")
         keys = [f"{ROOT}/*/{key}" for key in own]
         self._fixed = [self._subscribe(key) for key in keys]

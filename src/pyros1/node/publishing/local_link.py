@@ -71,7 +71,7 @@ class LocalLink:
         self._on_closed = on_closed
         self._open_token = [True]  # emptied by the thread that closes the link
         self._inbox = Inbox(self)
-        receiver.inboxes.open(self._inbox)
+        receiver.inboxes.add(self._inbox)
 
     def start(self) -> None:
         """Do nothing: no header is sent within a process."""

@@ -119,7 +119,7 @@ class DeliveryLoop:
         self.wake()
 
     def wake(self) -> None:
-        """Wake a thread to do the pending work, unless a thread is doing it."""
+        """Wake a thread to do the pending work, unless a thread is already doing it."""
         if not self._is_woken and not self._owner_lock.locked():
             self._is_woken = True
             try:
@@ -295,7 +295,7 @@ class DeliveryLoop:
         for inbox in [other for other in list(self.inboxes.inboxes) if other.source is source]:
             if len(inbox):
                 return  # `_mark_empty` calls this again
-            self.inboxes.forget(inbox)
+            self.inboxes.remove(inbox)
         if self._spin_queues is not None:
             self._spin_queues.forget(source)
 

@@ -152,8 +152,8 @@ class InboxSet:
         """Number of messages lost so far, in all inboxes."""
         return self._dropped + sum(inbox.dropped for inbox in list(self.inboxes))
 
-    def open(self, inbox: Inbox) -> None:
-        """Start taking messages out of an inbox, until `forget` removes it."""
+    def add(self, inbox: Inbox) -> None:
+        """Start taking messages out of an inbox, until `remove` is called."""
         self.inboxes[inbox] = None
 
     def mark_ready(self, inbox: Inbox) -> None:
@@ -177,7 +177,7 @@ class InboxSet:
             return False
         return True
 
-    def forget(self, inbox: Inbox) -> None:
+    def remove(self, inbox: Inbox) -> None:
         """Stop taking messages from an inbox. Called by the thread that takes them."""
         if inbox in self.inboxes:
             del self.inboxes[inbox]  # first: its lost messages must not count twice

@@ -111,7 +111,7 @@ class UdpSource:
         port, fd = self._sock.getsockname()[1], self._sock.fileno()
         self.address = f"UDPROS connection on port {port} to [{peer_address[0]}:{peer_address[1]} on socket {fd}]"
         self._is_open = True
-        self._delivery.inboxes.open(self._inbox)
+        self._delivery.inboxes.add(self._inbox)
         self._loop.register(self._sock, READ, self._receive)
 
     def _receive(self, _mask: int) -> None:

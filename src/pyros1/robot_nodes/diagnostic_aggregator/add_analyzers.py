@@ -13,7 +13,7 @@ from collections.abc import Mapping
 from pyros1.ground.errors import Error, SettingError
 from pyros1.msgs.diagnostic_msgs.srv import AddDiagnostics
 from pyros1.node import Node
-from pyros1.robot_nodes.diagnostic_aggregator.additions import BOND_TOPIC, SERVICE
+from pyros1.robot_nodes.diagnostic_aggregator.added_analyzers import BOND_TOPIC, SERVICE
 from pyros1.robot_nodes.shared.bond_link import BondLink
 from pyros1.robot_nodes.shared.user_files import read_regular_file
 from pyros1.values import load_all_yaml

@@ -8,7 +8,7 @@ from typing import Any
 
 from pyros1.msgs.diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from pyros1.node import Node
-from pyros1.robot_nodes.diagnostic_aggregator.additions import Additions
+from pyros1.robot_nodes.diagnostic_aggregator.added_analyzers import AddedAnalyzers
 from pyros1.robot_nodes.diagnostic_aggregator.aggregator import Aggregator
 from pyros1.robot_nodes.diagnostic_aggregator.configuration import AnalyzerFactory
 from pyros1.robot_nodes.shared.parameters import PrivateParameters
@@ -21,7 +21,7 @@ _MIN_RATE, _MAX_RATE = 0.01, 1000.0
 class AggregatorNode:
     """Receives /diagnostics, and publishes /diagnostics_agg and /diagnostics_toplevel_state.
 
-    Other nodes may add analyzers by the service /diagnostics_agg/add_diagnostics; see `Additions`.
+    Other nodes may add analyzers by the service /diagnostics_agg/add_diagnostics; see `AddedAnalyzers`.
 
     Args:
         node: the node.
@@ -38,7 +38,7 @@ class AggregatorNode:
         now = node.now().to_sec()
         group = factory.make_group(base_path or "/", "", parameters.value("analyzers"), f"{node.name}/analyzers", now)
         self._aggregator = Aggregator(group, base_path, parameters.flag("other_as_errors", False), now)
-        self._additions = Additions(node, self._lock, self._aggregator, factory, base_path or "/")
+        self._added_analyzers = AddedAnalyzers(node, self._lock, self._aggregator, factory, base_path or "/")
         self._tree_publisher = node.advertise("/diagnostics_agg", DiagnosticArray, queue_size=1)
         self._state_publisher = node.advertise("/diagnostics_toplevel_state", DiagnosticStatus, queue_size=1)
         node.subscribe("/diagnostics", DiagnosticArray, self._receive, queue_size=_INPUT_QUEUE_SIZE)

@@ -53,5 +53,5 @@ class NamePattern:
         self._fullmatch = lru_cache(_CACHED_NAMES)(lambda name: pattern.fullmatch(name) is not None)
 
     def matches(self, name: str) -> bool:
-        """Return whether the whole name matches. Answers are kept, since the same names come again and again."""
+        """Return whether the whole name matches. Results are cached, since the same names recur."""
         return len(name) <= self.max_length and self._fullmatch(name)

@@ -139,7 +139,7 @@ class RobotTopics:
             self._camera_info.publish(info)
 
     def transforms(self, stamp: Time, with_map: bool) -> list[Any]:
-        """Return the transform from odom to base, and if wanted that from map to odom that puts the robot right."""
+        """Return the transform from odom to base and, if wanted, the one from map to odom that corrects drift."""
         odometry = _floats(self._world.odometry[self._number])
         found = [_make_transform(stamp, self._odom_frame, self._base_frame, odometry)]
         if with_map:

@@ -87,13 +87,13 @@ class Walls:
         cells = self._clip(centres).astype(np.int64)
         reach = ceil(radius / self.resolution)
         hit: Flags = (cells != centres).any(axis=0)  # beyond the grid
-        # The others are there or too far from walls.
+        # The others are beyond the grid, or too far from any wall.
         near = np.flatnonzero(~hit & (self._distances[cells[1], cells[0]] <= reach))
         if near.size:
             offsets = np.arange(-reach, reach + 1)
             columns = cells[0, near, None, None] + offsets[None, None, :]
             rows = cells[1, near, None, None] + offsets[None, :, None]
-            # From the centre to the nearest point of each cell.
+            # The distances from the centre to the nearest point of each cell.
             gap_x = _gap(centre_x[near, None, None], columns)
             gap_y = _gap(centre_y[near, None, None], rows)
             columns, rows = self._clip(np.stack(np.broadcast_arrays(columns, rows)))

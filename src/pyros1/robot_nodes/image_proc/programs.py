@@ -1,7 +1,7 @@
 """The programs of image_proc (https://wiki.ros.org/image_proc).
 
-``image_proc`` runs debayer and two rectify in one node; the others run one each, like ``nodelet standalone
-image_proc/NAME`` in stock ROS.
+``image_proc`` runs one debayer and two rectify nodelets in a single node; each of the other programs runs one nodelet,
+like ``nodelet standalone image_proc/NAME`` in stock ROS.
 """
 
 from __future__ import annotations

@@ -146,7 +146,7 @@ class EkfNode:
                 tcp_nodelay=sensor.nodelay,
             )
         if not settings.sensors:
-            text = "no sensors are configured: set for example ~odom0 to a topic and ~odom0_config to 15 bools"
+            text = "no sensors are configured: for example, set ~odom0 to a topic and ~odom0_config to 15 booleans"
             self._node.log.error(text)
         if settings.control is not None and settings.stamped_control:
             self._node.subscribe("cmd_vel", TwistStamped, lambda message: self._command(message.twist), queue_size=1)

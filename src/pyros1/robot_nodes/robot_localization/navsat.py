@@ -1,7 +1,7 @@
-"""Where a robot is on Earth, and where what is measured on Earth is for the robot. Does no I/O.
+"""Converts positions on Earth to the robot's world frame, and back. Does no I/O.
 
-The first fix, the pose of the robot at that time and its heading give the transform between a grid, which is UTM or a
-plane, and the robot's world frame; or a datum, the place on Earth of the world frame's origin, does.
+The transform between a grid, which is UTM or a plane, and the world frame follows from the first fix and the robot's
+pose and heading at that time; or from a datum, which is the place on Earth of the world frame's origin.
 """
 
 from __future__ import annotations

@@ -263,7 +263,7 @@ def cross(a: Array, b: Array) -> Array:
 
 
 def rotate_mask(mask: Mask, frame: Frame) -> Mask:
-    """Return which variables (15,) have a part of those that are used (15,), after a rotation by a frame's."""
+    """Return a mask (15,) of the variables to which those in a mask (15,) contribute after a frame's rotation."""
     if frame.is_identity:
         return mask
     rotated = np.zeros(SIZE, bool)

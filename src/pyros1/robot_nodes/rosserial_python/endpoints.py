@@ -233,7 +233,7 @@ class _BoardServer(_Part):
 
 
 class _BoardClient(_Part):
-    """A service that the board calls."""
+    """Calls a service for the board."""
 
     def _open(self) -> Any:
         return self._node.service(self._name, self.type)

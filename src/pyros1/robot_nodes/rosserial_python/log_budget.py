@@ -15,7 +15,7 @@ class LogBudget:
         now: a monotonic time in seconds, as for the other methods.
 
     Attributes:
-        num_dropped: how many lines were dropped since the last one that may be written.
+        num_dropped: how many lines were dropped since the last one that was allowed.
     """
 
     def __init__(self, now: float) -> None:
@@ -23,7 +23,7 @@ class LogBudget:
         self._room, self._time = float(BURST), now
 
     def allows(self, now: float) -> bool:
-        """Return whether a line may be written; after lines were dropped, only when there is room for many again."""
+        """Return whether a line may be written. After a drop, lines are refused until there is room for many again."""
         self._room = min(BURST, self._room + (now - self._time) * RATE)
         self._time = now
         if self._room < (RATE if self.num_dropped else 1.0):

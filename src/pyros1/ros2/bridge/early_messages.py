@@ -33,7 +33,7 @@ class EarlyMessages:
                 self._remove(next(iter(self._packets)))
 
     def pop(self, keys: Collection[str]) -> list[Send]:
-        """Return the messages with these keys, which need not wait any longer."""
+        """Return the messages with these keys, which no longer need to wait."""
         with self._lock:
             found = [packet for key, packet in self._packets.items() if key in keys]
             for packet in found:

@@ -1,7 +1,7 @@
 """Reads the parameters of ros1_bridge's parameter_bridge: which topics and services it exchanges
 (https://github.com/ros2/ros1_bridge#example-4-bridge-only-selected-topics-and-services).
 
-A file has any of these lists; other parameters in it are not looked at::
+A file has any of these lists; other parameters are ignored::
 
     topics:
     - {topic: /chatter, type: std_msgs/msg/String, queue_size: 1}
@@ -10,8 +10,8 @@ A file has any of these lists; other parameters in it are not looked at::
     services_2_to_1:
     - {service: /clear, type: std_srvs/Empty}
 
-Its documentation and its code do not agree about which list has the services of which side, so both lists are taken
-alike: each service is called where it is. The types are those that the nodes have, whatever the file says.
+Its documentation and its code do not agree about which list has the services of which side, so both lists are
+treated alike: each service is called where it is. The types are those that the nodes have, whatever the file says.
 """
 
 from __future__ import annotations
@@ -30,11 +30,11 @@ _KEYS = {"topic": ("topic", "type", "queue_size", "qos"), "service": ("service",
 
 
 class BridgeParameters(NamedTuple):
-    """What a file says.
+    """The contents of a parameter file.
 
     Attributes:
         names: the names of topics and services that may be exchanged, in both directions.
-        notes: what the bridge does not do as the file says, with file and line.
+        notes: the settings that the bridge ignores, with file and line.
     """
 
     names: list[str]
@@ -42,7 +42,7 @@ class BridgeParameters(NamedTuple):
 
 
 def read_parameters(path: str | os.PathLike[str]) -> BridgeParameters:
-    """Return what a file says.
+    """Read a parameter file.
 
     Raises:
         OSError: the file cannot be read.
@@ -58,7 +58,7 @@ def read_parameters(path: str | os.PathLike[str]) -> BridgeParameters:
 
 class _ParameterFile(FileReader):
     def read(self) -> BridgeParameters:
-        """Return what the file says."""
+        """Return the contents of the file."""
         found = BridgeParameters([], [])
         file = self._mapping(self._value, (), None)
         for key, kind in _LISTS.items():

@@ -76,7 +76,7 @@ class Ros2Rules:
         return topic not in NEVER and self._send.includes(topic)
 
     def needs_type(self, topic: str) -> bool:
-        """Return whether the type of a ROS 1 topic is needed, because ROS 2 may see the topic or its action."""
+        """Return whether a ROS 1 topic's type must be known: ROS 2 may see the topic, or the action it belongs to."""
         name, _, last = topic.rpartition("/")
         return self.sends(topic) or (last in ACTION_TOPICS and self._send.includes(name))
 
@@ -107,8 +107,8 @@ class Ros2Rules:
             f"from ROS 2 to ROS 1: {self._take}",
             f"parameters of ROS 2 nodes for dynamic_reconfigure: {self._reconfigure}",
             f"the log ({LOG}): {self._explain_log()}",
-            f"never: {', '.join(NEVER)}",
-            f"never, services: {', '.join('*/' + name for name in NEVER_SERVICES)}",
+            f"never exchanged, topics: {', '.join(NEVER)}",
+            f"never exchanged, services: {', '.join('*/' + name for name in NEVER_SERVICES)}",
         ]
 
     def _explain_log(self) -> str:

@@ -36,7 +36,7 @@ from pyros1.ros2.zenoh.graph import Service
 
 SITE = ROS2_SITE
 CALL_TIME = 60.0
-"""Seconds for the response of a service, in ROS 1 and in ROS 2."""
+"""Seconds to wait for a service's response, in ROS 1 and in ROS 2."""
 MAX_CALLS = 128
 """Maximum number of calls from ROS 2 in progress, half of them from one client; more are refused."""
 _CLOSE_TIME = 1.0

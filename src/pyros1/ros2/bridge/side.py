@@ -84,7 +84,7 @@ class Ros2Side(Link, Protocol):
         ...
 
     def look_for_routers(self) -> None:
-        """Record in `problem` if there is no way to the other nodes any longer."""
+        """Record in `problem` if the other nodes can no longer be reached."""
         ...
 
     def call(self, key: DataKey, request: bytes, timeout: float) -> bytes:

@@ -33,7 +33,7 @@ class _Publisher:
 
 
 class GoneSource(NamedTuple):
-    """A publisher whose message is not kept any longer."""
+    """A publisher whose message is no longer kept."""
 
     topic: str
     source: Source

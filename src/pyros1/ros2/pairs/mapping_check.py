@@ -37,16 +37,14 @@ def check_mapping(mapping: TypeMapping, types: TypePairs) -> Iterator[tuple[str,
             reason = str(error).removeprefix(f"{rule.place}: ")
             yield f"{rule.place}: {rule.ros1} and {rule.ros2} are not exchanged: {reason}", False
             continue
-        if not types.has_ros2_definition(rule.ros2) and (others := _others_of_package(rule, types)):
+        if not types.has_ros2_definition(rule.ros2) and (others := _known_types_in_package(rule, types)):
             folder, _, name = rule.ros2.rpartition("/")
             hint = did_you_mean(name, others)
-            line = f"{rule.place}: {rule.ros1} is {rule.ros2}, with the fields of ROS 1"
+            line = f"{rule.place}: {rule.ros1} is {rule.ros2}, with the ROS 1 fields"
             yield f"{line}, but ROS 2 has no known type {name} in {folder}{hint}", False
             continue
         known = (
-            ""
-            if types.has_ros2_definition(rule.ros2)
-            else ", with the fields of ROS 1, since its definition is not here"
+            "" if types.has_ros2_definition(rule.ros2) else ", with the ROS 1 fields, since its definition is not here"
         )
         yield f"{rule.place}: {rule.ros1} is {rule.ros2}{known}", True
         for line in differences:
@@ -57,8 +55,8 @@ def _is_service(rule: TypeRule) -> bool:
     return rule.ros2.split("/")[1] == "srv"
 
 
-def _others_of_package(rule: TypeRule, types: TypePairs) -> list[str]:
-    """Return the names of the types of the same package in ROS 2 that are known here, without the package."""
+def _known_types_in_package(rule: TypeRule, types: TypePairs) -> list[str]:
+    """Return the known ROS 2 types of the rule's package, by their names without the package."""
     folder = f"{rule.ros2.rpartition('/')[0]}/"
     return [name.removeprefix(folder) for name in types.known if name.startswith(folder)]
 

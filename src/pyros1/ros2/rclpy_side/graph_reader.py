@@ -62,7 +62,7 @@ class GraphReader:
         return {_gid(each): self._is_own(each.node_name) for each in self._node.get_publishers_info_by_topic(topic)}
 
     def latched_publishers(self, topic: str) -> int:
-        """Return the number of publishers of a topic that keep messages for late subscribers, without our own."""
+        """Return how many publishers of a topic keep messages for late subscribers, not counting our own."""
         infos = self._node.get_publishers_info_by_topic(topic)
         return sum(not self._is_own(each.node_name) and from_rclpy(each.qos_profile).transient_local for each in infos)
 

@@ -82,7 +82,7 @@ class Ros2Session(ZenohSession):
         connect, listen, settings: see `pyros1.bridge.transport.zenoh_link.ZenohSession`.
 
     Raises:
-        LinkError: eclipse-zenoh is not installed, or cannot listen or use a setting.
+        LinkError: eclipse-zenoh is not installed, cannot listen, or rejects a setting.
 
     Attributes:
         refused: empty; see `pyros1.ros2.bridge.side.Ros2Side`.
@@ -121,7 +121,7 @@ class Ros2Session(ZenohSession):
         super().__init__("ROS 2", connect, listen, {"timestamping/enabled": "true", "id": json.dumps(zid), **settings})
 
     def on_open(self) -> None:
-        """Declare the node, and listen to all others. Called with the lock."""
+        """Declare the node, and listen to all others. Called with the lock held."""
         others = self.session.liveliness().declare_subscriber(
             tokens_of(self._domain), self._on_liveliness, history=True
         )
@@ -344,7 +344,7 @@ class Ros2Session(ZenohSession):
             raise ServiceRefusal(f"the bridge cannot call it: {one_line(error, 200)}") from error
 
     def on_close(self) -> None:
-        """End the pending calls. Called with the lock."""
+        """End the pending calls. Called with the lock held."""
         for replies in self._calls:
             replies.put(None)
 

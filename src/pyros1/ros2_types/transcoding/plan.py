@@ -238,7 +238,7 @@ class Planner:
         depth: int,
         value_rule: ValueRule | None = None,
     ) -> Node:
-        """Match two fields, at least one of which is there."""
+        """Match two fields, of which one may be None."""
         count1 = None if field1 is None else field1.length
         count2, bound = (None, 0) if field2 is None else _count_and_bound(field2.type)
         is_array = count1 is not None or count2 is not None

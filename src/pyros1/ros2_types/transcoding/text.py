@@ -22,7 +22,7 @@ def to_wide(text: bytes | memoryview, _size: int) -> bytes:
     """Return the characters of a ``wstring``.
 
     Args:
-        text: UTF-8; what is not is replaced by U+FFFD.
+        text: UTF-8; invalid bytes are replaced by U+FFFD.
         _size: its size as sent.
     """
     units = str(text, "utf-8", "replace").encode("utf-16-le")
@@ -32,7 +32,7 @@ def to_wide(text: bytes | memoryview, _size: int) -> bytes:
 
 
 def from_wide(text: bytes | memoryview, size: int) -> bytes:
-    """Return the UTF-8 of the characters of a ``wstring``; what is no UTF-16 is replaced by U+FFFD.
+    """Return the characters of a ``wstring`` as UTF-8; invalid UTF-16 is replaced by U+FFFD.
 
     Args:
         text: the characters.

@@ -37,7 +37,7 @@ def send(robot: Robot, args: Mapping[str, Any]) -> dict[str, Any]:
         "goal_id": {"stamp": stamp, "id": goal_id},
         "goal": args.get("value"),
     }
-    servers = robot.publishing.publish(f"{name}/goal", _goal_type(robot, name), value)
+    servers = robot.publishers.publish(f"{name}/goal", _goal_type(robot, name), value)
     return {"id": goal_id, "subscribers": servers}
 
 
@@ -45,7 +45,7 @@ def cancel(robot: Robot, args: Mapping[str, Any]) -> dict[str, Any]:
     """Tell an action's servers to cancel a goal; return the number of servers. Args: action, id (empty: all goals)."""
     topic = f"{string_arg(args, 'action')}/cancel"
     robot.check_visible(topic)
-    servers = robot.publishing.publish(topic, "actionlib_msgs/GoalID", {"id": string_arg(args, "id")})
+    servers = robot.publishers.publish(topic, "actionlib_msgs/GoalID", {"id": string_arg(args, "id")})
     return {"subscribers": servers}
 
 

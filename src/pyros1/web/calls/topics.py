@@ -34,7 +34,7 @@ def publish(robot: Robot, args: Mapping[str, Any]) -> dict[str, Any]:
     """Publish a message; return the number of subscribers. Args: topic, type, value, latch."""
     topic = string_arg(args, "topic")
     robot.check_visible(topic)
-    subscribers = robot.publishing.publish(topic, string_arg(args, "type"), args.get("value"), bool(args.get("latch")))
+    subscribers = robot.publishers.publish(topic, string_arg(args, "type"), args.get("value"), bool(args.get("latch")))
     return {"subscribers": subscribers}
 
 
@@ -42,7 +42,7 @@ def advertise(robot: Robot, args: Mapping[str, Any]) -> None:
     """Prepare to publish, so that no subscriber misses the first message. Args: topic, type."""
     topic = string_arg(args, "topic")
     robot.check_visible(topic)
-    robot.publishing.advertise(topic, string_arg(args, "type"))
+    robot.publishers.advertise(topic, string_arg(args, "type"))
 
 
 def types(robot: Robot, args: Mapping[str, Any]) -> list[str]:

@@ -89,7 +89,7 @@ def encode(message: Message, encoding: str) -> bytes:
 
 
 def _with_viewer_times(value: Any) -> Any:
-    """Return a value in which the fields of times have the names that viewers use: sec and nsec."""
+    """Return a value in which the fields of times are renamed to sec and nsec, as viewers expect."""
     if isinstance(value, list):
         return [_with_viewer_times(each) for each in value]
     if not isinstance(value, dict):

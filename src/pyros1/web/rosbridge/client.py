@@ -259,7 +259,7 @@ class Client:
         return DueFrames(generate(), is_quick, next_time)
 
     def _on_arrival(self, queue: TopicQueue, arrival: Arrival) -> None:
-        """Send a message immediately if that takes little time and nothing else is to be sent; otherwise queue it."""
+        """Send a message immediately if that is quick and nothing else is waiting to be sent; otherwise queue it."""
         send_now = self._send_now
         may_send = send_now is not None and self.outbox.is_free and _may_send_now(queue, arrival)
         if not self.outbox.put(queue, arrival, may_send) or send_now is None:

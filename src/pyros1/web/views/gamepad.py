@@ -56,7 +56,7 @@ class GamepadView(View):
         if robot.gamepads.setdefault(self._topic, self) is not self:
             raise RequestError(f"another page is already publishing {self._topic}")
         try:
-            robot.publishing.advertise(self._topic, _JOY_TYPE)
+            robot.publishers.advertise(self._topic, _JOY_TYPE)
         except BaseException:
             del robot.gamepads[self._topic]
             raise
@@ -88,11 +88,11 @@ class GamepadView(View):
 
     def _publish_due(self) -> int:
         # It may have been closed. To wait for its subscribers takes seconds, after which a state would be old.
-        self.robot.publishing.advertise(self._topic, _JOY_TYPE)
+        self.robot.publishers.advertise(self._topic, _JOY_TYPE)
         state = self._gamepad.take(monotonic())
         if state is not None:
             header = {"stamp": "now", "frame_id": self._frame_id}
             value = {"header": header, "axes": state.axes, "buttons": state.buttons}
-            self._subscribers = self.robot.publishing.publish(self._topic, _JOY_TYPE, value)
+            self._subscribers = self.robot.publishers.publish(self._topic, _JOY_TYPE, value)
             self._sent += 1
         return self._subscribers

@@ -134,7 +134,7 @@ class JointsView(View):
         if not self._position_topic:
             raise RequestError(f"no node subscribes to {self._topic}")
         value = {"header": {"stamp": "now"}, "name": list(positions), "position": list(positions.values())}
-        self.robot.publishing.publish(self._position_topic, _JOINT_STATE_TYPE, value)
+        self.robot.publishers.publish(self._position_topic, _JOINT_STATE_TYPE, value)
 
     def _publish(self) -> int:
         with self._lock:
@@ -143,13 +143,13 @@ class JointsView(View):
             names, positions, velocities, efforts = self._states.message_fields()
         numbers = {"position": positions, "velocity": velocities, "effort": efforts}
         value = {"header": {"stamp": "now"}, "name": names, **numbers}
-        return self.robot.publishing.publish(self._topic, _JOINT_STATE_TYPE, value)
+        return self.robot.publishers.publish(self._topic, _JOINT_STATE_TYPE, value)
 
     def _stop_publishing(self) -> None:
         if self._publisher is not None:
             self._publisher.close()
             self._publisher = None
-            self.robot.publishing.unadvertise(self._topic)
+            self.robot.publishers.unadvertise(self._topic)
         if self.robot.joint_publishers.get(self._topic) is self:
             del self.robot.joint_publishers[self._topic]
 

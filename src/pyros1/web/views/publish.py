@@ -56,7 +56,7 @@ class PublishView(View):
         topic, type_name = string_arg(args, "topic"), string_arg(args, "type")
         self.robot.check_visible(topic)
         value, latch = args.get("value"), bool(args.get("latch"))
-        publishing = self.robot.publishing
-        return lambda: publishing.publish(topic, type_name, value, latch), number_arg(
+        publishers = self.robot.publishers
+        return lambda: publishers.publish(topic, type_name, value, latch), number_arg(
             args, "hz", _MIN_RATE, _MAX_RATE, 1.0
         )

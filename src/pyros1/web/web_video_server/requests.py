@@ -110,17 +110,17 @@ def _rendering(texts: dict[str, str], stream_type: str) -> Rendering:
     return Rendering(
         "png" if is_png else "jpeg",
         parse_integer(texts.get("quality"), default, lowest, highest),
-        _side(texts, "width"),
-        _side(texts, "height"),
+        _dimension(texts, "width"),
+        _dimension(texts, "height"),
         "invert" in texts,
     )
 
 
-def _side(texts: dict[str, str], name: str) -> int | None:
-    """Return a width or height; None if it is missing or -1, which stands for that of the image."""
-    side = parse_integer(texts.get(name), -1, -2, MAX_SIDE + 1)
-    if side == -1:
+def _dimension(texts: dict[str, str], name: str) -> int | None:
+    """Return a width or height; None, for the image's own, if it is missing or -1."""
+    size = parse_integer(texts.get(name), -1, -2, MAX_SIDE + 1)
+    if size == -1:
         return None
-    if not 1 <= side <= MAX_SIDE:
+    if not 1 <= size <= MAX_SIDE:
         raise RequestProblem(HTTPStatus.BAD_REQUEST, f"the {name} must be from 1 to {MAX_SIDE}")
-    return side
+    return size

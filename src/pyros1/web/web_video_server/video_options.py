@@ -37,7 +37,7 @@ class VideoOptions:
 
 
 def parse_video_options(texts: Mapping[str, str], stream_type: str) -> VideoOptions:
-    """Return the options in a URL's query. As in the original, what is no number or no known word is the default.
+    """Return the options in a URL's query. As in the original, anything but a number or a known word means the default.
 
     Args:
         texts: the fields of the query.

@@ -65,5 +65,5 @@ class Services:
         return self.calls.fail_all(peer, reason) + self.calls.set_offers(peer, ())
 
     def tick(self, now: float) -> list[Action]:
-        """Return the actions that follow because time has passed."""
+        """Return the actions that have become due."""
         return self.served.tick(now) + self.calls.tick(now)

@@ -27,7 +27,7 @@ ACCEPT_TIME = 5.0
 PENDING_TIME = 1.0
 """Seconds after which a goal that the server reports as pending counts as accepted."""
 RESULT_TIME = 5.0
-"""Seconds for a result to come after the status of its goal has become final."""
+"""Seconds to wait for a result after the status of its goal has become final."""
 REPORT_TIME = 5.0
 """Seconds for which a goal is still reported after it has ended."""
 KEEP_TIME = 900.0

@@ -19,7 +19,7 @@ KEEP_TIME = 5.0
 STATUS_PERIOD = 0.2
 """Seconds between statuses, as with ROS 1 action servers; one is also published after each change."""
 RESULT_TIME = 10.0
-"""Seconds for the result to come after the status of its goal has become final."""
+"""Seconds to wait for the result after the status of its goal has become final."""
 RETRY_TIME = 1.0
 """Seconds after which a request for a result that was not answered is repeated."""
 MAX_RETRIES = 5

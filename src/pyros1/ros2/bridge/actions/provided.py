@@ -27,7 +27,7 @@ from pyros1.ros2.zenoh.names import DataKey
 from pyros1.ros2.zenoh.qos import Qos
 
 RESULT_CALL_TIME = 3600.0
-"""Seconds for the response to a request for a result; then it is made again, as goals may take any time."""
+"""Seconds to wait for a result before it is requested again, since a goal may take any time."""
 _QUEUE_SIZE = 1000
 _GONE = "the action server in ROS 2 is gone"
 Reply = bytes | ServiceRefusal
@@ -36,7 +36,7 @@ StartCall = Callable[[DataKey, bytes, float, Callable[[Reply], object]], object]
 
 
 class ProvidedAction:
-    """One such action. `plan` and `close` are for one thread, the rest is done in that of the inbox.
+    """A ROS 2 action that is provided in ROS 1. One thread uses `plan` and `close`, the inbox's thread all else.
 
     Args:
         node: the bridge's node; it must run callbacks inline.

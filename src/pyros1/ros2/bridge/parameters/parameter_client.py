@@ -22,7 +22,7 @@ from pyros1.ros2.bridge.parameters.nodes import ParameterNode
 from pyros1.ros2.zenoh.names import DataKey
 
 CALL_TIME = 4.0
-"""Seconds for the response of a node."""
+"""Seconds to wait for a node's response."""
 MAX_PARAMETERS = 1000
 """Maximum number of parameters of a node."""
 _Answer = TypeVar("_Answer")

@@ -131,7 +131,7 @@ class ReconfiguredNode:
             self._apply(configuration, event.changed)
 
     def _ask_again(self) -> None:
-        """Ask for all parameters soon. Called with the lock."""
+        """Ask for all parameters soon. Called with the lock held."""
         if self._due is None and not self.problem:
             self._due = max(monotonic() + _GATHER_TIME, self._asked_at + REFRESH_PAUSE)
 

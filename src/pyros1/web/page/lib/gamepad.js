@@ -36,7 +36,7 @@ export const ORDERS = {
 const MAX_DEADZONE = 0.9;
 
 // Return the axes (right and down are positive, as in the browser and in Linux) and buttons of a pad in an order.
-export function ordered(pad, order) {
+export function arrangeInputs(pad, order) {
   const pressed = (name) => Number(pad.buttons[STANDARD_BUTTONS.indexOf(name)]?.value ?? 0);
   if (order === "browser" || pad.mapping !== "standard") {
     return { axes: [...pad.axes], buttons: pad.buttons.map((button) => Number(button.pressed)) };
@@ -74,7 +74,7 @@ export class JoyReader {
 
   // Return {axes, buttons} of Joy.
   read(pad, deadzone) {
-    const { axes, buttons } = ordered(pad, this.order);
+    const { axes, buttons } = arrangeInputs(pad, this.order);
     return {
       axes: axes.map((value, index) => {
         this.first[index] ??= value;

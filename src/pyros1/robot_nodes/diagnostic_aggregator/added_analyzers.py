@@ -19,14 +19,14 @@ from pyros1.robot_nodes.shared.bond_link import BondLink
 SERVICE = "/diagnostics_agg/add_diagnostics"
 BOND_TOPIC = "/diagnostics_agg/bond"
 """The topic of a namespace's bond begins with this; the namespace follows, and is also the bond's name."""
-MAX_ADDITIONS = 100
+MAX_NAMESPACES = 100
 
 
-class Additions:
+class AddedAnalyzers:
     """Serves /diagnostics_agg/add_diagnostics.
 
-    A node that has analyzers in its parameters, in the namespace that it requests, and keeps a bond with the
-    aggregator gets them into the tree when the bond is formed, and out of it when the bond breaks.
+    A node keeps its analyzers in the parameters of the namespace that it requests, and a bond with the aggregator. They
+    are added to the tree when the bond is formed, and removed when it breaks.
 
     Args:
         node: the aggregator's node.
@@ -55,8 +55,8 @@ class Additions:
         with self._bonds_lock:
             if namespace in self._bonds:
                 return False, f"Requested load from namespace {namespace} which is already in use"
-            if len(self._bonds) >= MAX_ADDITIONS:
-                return False, f"There are {MAX_ADDITIONS} namespaces already."
+            if len(self._bonds) >= MAX_NAMESPACES:
+                return False, f"There are {MAX_NAMESPACES} namespaces already."
             self._bonds[namespace] = None  # no second request for it meanwhile
         try:
             problem = self._add(namespace)

@@ -20,7 +20,7 @@ from pyros1.msgs.diagnostic_msgs.msg import DiagnosticArray
 from pyros1.msgs.diagnostic_msgs.srv import AddDiagnostics
 from pyros1.node import Node
 from pyros1.robot_nodes.diagnostic_aggregator.add_analyzers import add_analyzers
-from pyros1.robot_nodes.diagnostic_aggregator.additions import BOND_TOPIC, SERVICE
+from pyros1.robot_nodes.diagnostic_aggregator.added_analyzers import BOND_TOPIC, SERVICE
 from pyros1.robot_nodes.diagnostic_aggregator.node import AggregatorNode
 
 PATIENCE = 20.0
