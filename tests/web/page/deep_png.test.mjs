@@ -49,7 +49,7 @@ function png(pixels, width, height, { interlaced = 0, bits = 16, colours = 0, cu
   return new Uint8Array(Buffer.concat([Buffer.from("\x89PNG\r\n\x1a\n", "latin1"), chunk("IHDR", head), ...parts, chunk("IEND", Buffer.alloc(0))]));
 }
 
-test("all pixels of random pictures, whatever their filters", async () => {
+test("decodes all pixels of random images, with every filter", async () => {
   for (const [width, height] of [[1, 1], [1, 6], [6, 1], [3, 2], [13, 11]]) {
     for (const interlaced of [0, 1]) {
       const pixels = Array.from({ length: width * height }, () => random(65536));
@@ -60,21 +60,21 @@ test("all pixels of random pictures, whatever their filters", async () => {
   }
 });
 
-test("other files are left to the browser", async () => {
+test("leaves other files to the browser", async () => {
   assert.equal(await decodeGrey16(png([1], 1, 1, { bits: 8 }), 9), null);
   assert.equal(await decodeGrey16(png([1], 1, 1, { colours: 2 }), 9), null);
   assert.equal(await decodeGrey16(new Uint8Array(5), 9), null);
   assert.equal(await decodeGrey16(new Uint8Array(50), 9), null);
 });
 
-test("damaged files and huge ones", async () => {
+test("rejects damaged and huge files", async () => {
   const pixels = Array.from({ length: 9 }, () => 300);
   await assert.rejects(decodeGrey16(png(pixels, 3, 3, { cut: 4 }), 100), { message: "the picture is cut off" });
   await assert.rejects(decodeGrey16(png(pixels, 3, 3).subarray(0, 50), 100));
   await assert.rejects(decodeGrey16(png(pixels, 3, 3), 8), /3 by 3 pixels is too large/);
 });
 
-test("depths in metres", async () => {
+test("converts depths to metres", async () => {
   const message = Buffer.alloc(12);
   message.writeFloatLE(100, 4);
   message.writeFloatLE(50, 8);

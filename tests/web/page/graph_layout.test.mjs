@@ -39,13 +39,13 @@ function check(what) {
   return found;
 }
 
-test("small, with groups and without", () => {
+test("lays out small graphs, with and without groups", () => {
   check(system(5, 8, 0));
   const { frames } = check(system(8, 12, 2));
   assert.deepEqual(Object.keys(frames).sort(), ["/robot0", "/robot1"]);
 });
 
-test("boxes of a group are within its frame, and frames do not overlap", () => {
+test("the boxes of a group are inside its frame, and frames do not overlap", () => {
   for (const what of [system(8, 12, 2), system(60, 300, 6)]) {
     const { boxes, frames } = check(what);
     for (const { id, width, group } of what.boxes) {
@@ -55,7 +55,7 @@ test("boxes of a group are within its frame, and frames do not overlap", () => {
   }
 });
 
-test("200 nodes and 1,000 topics have about the shape of the room", () => {
+test("200 nodes and 1,000 topics fill roughly the shape of the available space", () => {
   for (const groups of [0, 20]) {
     const what = system(200, 1000, groups);
     assert.ok(what.boxes.length + what.edges.length > MAX_FOR_DAGRE);
@@ -64,7 +64,7 @@ test("200 nodes and 1,000 topics have about the shape of the room", () => {
   }
 });
 
-test("a way back goes around boxes, and comes in from the front", () => {
+test("a backward edge goes around the boxes, and enters from the front", () => {
   const size = { width: 100, height: 30 };
   for (const down of [false, true]) {
     const turn = ([x, y]) => (down ? [y, x] : [x, y]);
@@ -90,7 +90,7 @@ test("a way back goes around boxes, and comes in from the front", () => {
   }
 });
 
-test("a strip becomes higher where that makes it larger", () => {
+test("turns a long strip vertical if it can then be drawn larger", () => {
   const boxes = Array.from({ length: 6 }, (_, index) => ({ id: `n:${index}`, width: 140, height: 32, group: "" }));
   const edges = boxes.slice(1).map(({ id }, index) => ({ id: `e${index}`, from: `n:${index}`, to: id, width: 104, height: 28 }));
   const { down, width, height } = layout({ boxes, edges, groups: [], down: false, room: [1400, 800] });
@@ -98,18 +98,18 @@ test("a strip becomes higher where that makes it larger", () => {
   assert.ok(Math.min(1400 / width, 800 / height) > 1);
 });
 
-test("nothing, one box, and an edge to itself", () => {
+test("lays out an empty graph, and one box with an edge to itself", () => {
   assert.deepEqual(layout({ boxes: [], edges: [], groups: [], down: false, room }).boxes, {});
   const loop = { boxes: [{ id: "n:a", width: 80, height: 30, group: "" }], edges: [{ id: "e", from: "n:a", to: "n:a", width: 0, height: 0 }], groups: [], down: true, room };
   check(loop);
 });
 
-test("points at equal distances", () => {
+test("resamples a line to points at equal distances", () => {
   assert.deepEqual(resample([0, 0, 10, 0, 10, 10], 5), [0, 0, 5, 0, 10, 0, 10, 5, 10, 10]);
   assert.deepEqual(resample([3, 3, 3, 3], 2), [3, 3, 3, 3]);
 });
 
-test("sites stand before their bridge, apart from its topics, also if there are many", () => {
+test("sites are placed before their bridge, away from its topics, however many there are", () => {
   for (const number of [1, 2, 12]) {
     const what = system(0, 0, 0);
     what.boxes.push({ id: "n:bridge", width: 120, height: 32, group: "" }, { id: "n:viewer", width: 120, height: 32, group: "" });

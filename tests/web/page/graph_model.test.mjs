@@ -51,7 +51,7 @@ test("nodes only: an edge for all topics between two nodes", () => {
   assert.deepEqual(flowOf(edge(model, "n:/talker", "n:/listener")).hz, 60);
 });
 
-test("nodes and topics that can be hidden", () => {
+test("hides nodes and topics", () => {
   const shown = (hide) => names(build(SYSTEM, { ...NOTHING, hide }), "topic");
   assert.deepEqual(shown(["debug"]), ["/alone", "/chat", "/heard", "/tf", "/two"]);
   assert.deepEqual(shown(["tf"]), ["/alone", "/chat", "/heard", "/rosout", "/two"]);
@@ -61,7 +61,7 @@ test("nodes and topics that can be hidden", () => {
   assert.deepEqual(names(build(SYSTEM, { ...NOTHING, hide: ["debug"] }), "node"), ["/listener", "/other", "/talker"]);
 });
 
-test("the number of hidden topics without subscribers", () => {
+test("counts the hidden topics without subscribers", () => {
   const unheard = (mode, hide) => build(SYSTEM, { ...NOTHING, mode, hide }).unheard;
   assert.equal(unheard("active", ["debug", "tf", "leaf", "dead"]), 3); // /heard is for a tool that is hidden
   assert.equal(unheard("active", []), 2);
@@ -138,7 +138,7 @@ test("boxes beyond the limit are left out and counted", () => {
   assert.deepEqual([model.boxes.length, model.cut], [MAX_BOXES, 7]);
 });
 
-test("invalid names from the robot break nothing", () => {
+test("survives invalid names from the robot", () => {
   const wild = 'x"</svg>\\\n__proto__';
   const model = build({ ...SYSTEM, nodes: { [wild]: "", "/__proto__": "" }, silent: [wild], topics: { [wild]: topic([wild], [wild]) }, edges: [[wild, wild, wild, 1]], missing: [] }, { ...NOTHING, depth: 2 });
   assert.equal(model.edges.length, 2);
@@ -153,7 +153,7 @@ test("search matches parts of names, and whole types", () => {
   assert.deepEqual([...around(model, "t:/tf")].sort(), ["n:/listener", "n:/talker", "t:/tf"]);
 });
 
-test("dot has the form of `pyros1 graph --dot`", () => {
+test("DOT files look like those of `pyros1 graph --dot`", () => {
   const model = build({ ...SYSTEM, silent: ["/other"] }, { ...NOTHING, mode: "nodes", hide: ["debug", "tf"] });
   assert.equal(dot(model), `digraph system {
   rankdir=LR;
@@ -204,7 +204,7 @@ const BRIDGED = {
   }],
 };
 
-test("sites: boxes next to their bridge, with their topics and rates", () => {
+test("sites: shown as boxes next to their bridge, with their topics and rates", () => {
   const model = build(BRIDGED, { ...NOTHING, hide: ["tf", "dead"] });
   assert.deepEqual(model.boxes.filter(({ kind }) => kind === "site").map(({ id, silent, text }) => [id, silent, text]),
     [["s:blue", true, "site lost"], ["s:green", true, "does not answer"], ["s:red", false, "site · 20 ms"]]);
@@ -220,7 +220,7 @@ test("sites: boxes next to their bridge, with their topics and rates", () => {
   assert.deepEqual(edge(build(BRIDGED, NOTHING), "s:red", "n:/bridge_base").links.map((link) => link.topic), ["/red/odom", "/red/tf", "/red/map"]);
 });
 
-test("sites: with their bridge, in all modes, and in the dot language", () => {
+test("sites: shown with their bridge in all modes, and in DOT files", () => {
   for (const mode of ["nodes", "active", "all"]) assert.deepEqual(names(build(BRIDGED, { ...NOTHING, mode }), "site"), ["blue", "green", "red"]);
   const nodes = { ...BRIDGED.nodes };
   delete nodes["/bridge_base"];

@@ -27,7 +27,7 @@ function arranged(scene = new Scene(), found = FOUND) {
   return scene;
 }
 
-test("a box that is dragged takes its lines with it, at once", () => {
+test("a dragged box takes its lines along immediately", () => {
   const scene = arranged();
   scene.move("n:/b", 10, 20);
   assert.deepEqual(scene.items.get("n:/b").at, [110, 20]);
@@ -38,7 +38,7 @@ test("a box that is dragged takes its lines with it, at once", () => {
   scene.move("n:/nothing", 1, 1);
 });
 
-test("the frame of its namespace grows, and the bounds of all", () => {
+test("dragging a box enlarges its namespace's frame and the scene's bounds", () => {
   const scene = arranged();
   scene.move("n:/g/a", -300, 0);
   const [x, , width, height] = scene.frames.get("/g").at;
@@ -46,7 +46,7 @@ test("the frame of its namespace grows, and the bounds of all", () => {
   assert.ok(scene.bounds[0] < -310);
 });
 
-test("it stays where it was put when there is a new layout", () => {
+test("a moved box stays where it was put after a new layout", () => {
   const scene = arranged();
   scene.move("n:/b", 10, 20);
   arranged(scene, { ...FOUND, boxes: { ...FOUND.boxes, "n:/c": [200, 80] } });
@@ -60,7 +60,7 @@ test("putting boxes back does nothing before there is a layout", () => {
   assert.deepEqual(scene.bounds, [0, 0, 1, 1]);
 });
 
-test("it glides back", () => {
+test("a released box glides back", () => {
   const scene = arranged();
   scene.move("n:/b", 10, 20);
   scene.release(1000);
@@ -71,14 +71,14 @@ test("it glides back", () => {
   assert.deepEqual(scene.bounds, [0, 0, 220, 50]);
 });
 
-test("no more than some are kept", () => {
+test("the number of remembered positions is limited", () => {
   const scene = arranged();
   for (let index = 0; index < 500; index += 1) scene.movedBoxes.set(`n:/${index}`, [0, 0]);
   scene.move("n:/b", 1, 1);
   assert.equal(scene.movedBoxes.size, 500);
 });
 
-test("a link keeps where boxes were put, also of those that come later", () => {
+test("a link keeps the positions of moved boxes, including those that appear later", () => {
   const scene = arranged();
   scene.move("n:/b", 10, 20);
   assert.deepEqual(scene.offsets, [["n:/b", 10, 20]]);
@@ -93,14 +93,14 @@ test("a link keeps where boxes were put, also of those that come later", () => {
   assert.deepEqual(other.offsets, []);
 });
 
-test("what is said of an edge: rate, size of a message, and both", () => {
+test("an edge's text gives the rate, the message size and the bandwidth", () => {
   const edge = (hz, bytes) => ({ from: "n:/a", to: "n:/b", links: [{ topic: "/t", publisher: "/a", subscriber: "/b", state: "ok", hz, bytes }] });
   assert.deepEqual(flowTexts(edge(10, 2600)), ["10.0 Hz · 260 B", "2.6 kB/s"]);
   assert.deepEqual(flowTexts(edge(0, 0)), ["0 Hz"]);
   assert.deepEqual(flowTexts(edge(null, null)), []);
 });
 
-test("an edge that is dimmed has no label", () => {
+test("a dimmed edge has no label", () => {
   const scene = arranged();
   scene.model.edges[0].lines = ["/topic"];
   const look = { colours: {}, scale: 1, visibleArea: [-1e6, -1e6, 1e6, 1e6], chosen: null, hovered: null };
@@ -114,7 +114,7 @@ test("an edge that is dimmed has no label", () => {
   assert.deepEqual([texts(null), texts({ boxes: new Set(), edges: new Set(["e"]) }), texts({ boxes: new Set(), edges: new Set(["f"]) })], [1, 1, 0]);
 });
 
-test("a graph that is shown whole leaves room for what is below, however high that is", () => {
+test("fitting the whole graph leaves room for the footer, whatever its height", () => {
   const element = { clientWidth: 390, clientHeight: 700, addEventListener() {} };
   for (const foot of [24, 60]) {
     const camera = new Camera(element, { coveredHeight: () => foot, changed() {} });
@@ -125,7 +125,7 @@ test("a graph that is shown whole leaves room for what is below, however high th
   }
 });
 
-test("a site has room for its state, and its edges tell of messages that were dropped", () => {
+test("a site's box has room for its state, and its edges report dropped messages", () => {
   const link = (topic, dropped) => ({ topic, publisher: "red", subscriber: "/bridge", state: "ok", hz: 1, bytes: 1, dropped });
   const edge = (links) => ({ id: "s:red n:/bridge", from: "s:red", to: "n:/bridge", links });
   const model = { boxes: [{ ...box("s:red"), kind: "site", text: "site lost" }, box("n:/bridge")], edges: [edge([link("/a", {}), link("/b", { "too old": 2 })])], groups: [] };

@@ -13,17 +13,17 @@ globalThis.ImageData = class {
 
 const facts = { encoding: "mono8", width: 2, height: 1, step: 2, bigendian: false };
 
-test("a picture of one channel", () => {
+test("decodes an image with one channel", () => {
   assert.deepEqual([...pixelsOf(facts, Uint8Array.of(0, 255)).pixels.data], [0, 0, 0, 255, 255, 255, 255, 255]);
 });
 
-test("encodings that a robot calls as parts of JavaScript are not known", () => {
+test("encodings named like JavaScript's built-in properties are unknown", () => {
   for (const encoding of ["constructor", "__proto__", "toString", "hasOwnProperty", "", "rgb9"]) {
     assert.throws(() => pixelsOf({ ...facts, encoding }, Uint8Array.of(0, 255)), { message: `the encoding ${encoding} is not supported` });
   }
 });
 
-test("colours of Bayer pictures with 16 bits are those of their upper bytes", () => {
+test("a 16-bit Bayer image has the colours of its upper bytes", () => {
   const rows = { rggb: [9, 5, 7, 3], bggr: [3, 5, 7, 9], gbrg: [5, 3, 9, 7], grbg: [5, 9, 3, 7] }; // red 9, green 5 and 7, blue 3
   for (const [order, values] of Object.entries(rows)) {
     const eight = pixelsOf({ ...facts, encoding: `bayer_${order}8`, height: 2 }, Uint8Array.from(values)).pixels.data;
@@ -37,7 +37,7 @@ test("colours of Bayer pictures with 16 bits are those of their upper bytes", ()
   assert.throws(() => pixelsOf({ ...facts, encoding: "bayer_rggb16" }, Uint8Array.of(1, 2)), /step is 2/);
 });
 
-test("several channels of numbers are blue, green and red between the least and the greatest", () => {
+test("channels of numbers become blue, green and red, scaled from the minimum to the maximum", () => {
   const two = pixelsOf({ ...facts, encoding: "8UC2", step: 4 }, Uint8Array.of(10, 20, 30, 40));
   assert.deepEqual([...two.pixels.data], [0, 20, 10, 255, 0, 40, 30, 255]);
   const floats = new Uint8Array(Float32Array.of(0, 0.5, 1, NaN, 0, 2).buffer);

@@ -5,7 +5,7 @@ import test from "node:test";
 
 import { LogBuffer } from "../../../src/pyros1/web/page/lib/log_buffer.js";
 
-test("of many entries the newest are kept", () => {
+test("keeps only the newest entries", () => {
   const kept = new LogBuffer(100, 1e6);
   for (let number = 1; number <= 120; number += 1) kept.push([number, "text", ["topic"]]);
   assert.equal(kept.trim(), false);
@@ -14,7 +14,7 @@ test("of many entries the newest are kept", () => {
   assert.deepEqual([kept.entries.length, kept.entries[0][0], kept.size], [100, 22, 99 * 9 + 4]);
 });
 
-test("of long entries fewer are kept", () => {
+test("keeps fewer entries if they are long", () => {
   const kept = new LogBuffer(100, 5000);
   for (let number = 1; number <= 50; number += 1) {
     kept.push([number, "x".repeat(1000), ["y".repeat(200)]]);

@@ -9,22 +9,22 @@ const PLACES = Float32Array.of(0, 0, 0, 1, 0, 0, 0, 1, 0); // seen from +z
 const UP = [0, 0, 1, 0, 0, 1, 0, 0, 1];
 const near = (found, wanted) => assert.ok([...found].every((each, at) => Math.abs(each - wanted[at]) < 1e-6), `${[...found]}`);
 
-test("normals that will do stay", () => {
+test("leaves usable normals alone", () => {
   assert.equal(repairNormals(PLACES, Float32Array.from(UP)), null);
   assert.equal(repairNormals(PLACES, Float32Array.from([0, 0, 1, 0, 0.6, 0.8, 0, 0, -1])), null);
 });
 
-test("normals are computed where they are absent, too few, zero or no numbers", () => {
+test("computes normals that are missing, too few, zero or not finite", () => {
   near(repairNormals(PLACES, null), UP);
   near(repairNormals(PLACES, Float32Array.of(0, 0, 1)), UP);
   for (const wrong of [0, NaN, Infinity, 1e-9, 3e38 * 10]) near(repairNormals(PLACES, new Float32Array(9).fill(wrong)), UP);
 });
 
-test("only those that say nothing are computed, and lengths become 1", () => {
+test("computes only the unusable normals, and normalises the others", () => {
   near(repairNormals(PLACES, Float32Array.of(0, 0, 0, 0, 3, 4, 0, -0.5, 0)), [0, 0, 1, 0, 0.6, 0.8, 0, -1, 0]);
 });
 
-test("corners that triangles share get the mean by area", () => {
+test("a shared vertex gets the area-weighted mean of its triangles' normals", () => {
   const places = Float32Array.of(0, 0, 0, 2, 0, 0, 0, 2, 0, 0, 0, 2); // one triangle looks to z, one to x
   const found = repairNormals(places, null, Uint16Array.of(0, 1, 2, 0, 2, 3));
   near(found.subarray(0, 3), [Math.SQRT1_2, 0, Math.SQRT1_2]);
@@ -32,7 +32,7 @@ test("corners that triangles share get the mean by area", () => {
   near(found.subarray(9, 12), [1, 0, 0]);
 });
 
-test("triangles without an area, and corners of none", () => {
+test("handles triangles without an area, and vertices without a triangle", () => {
   near(repairNormals(new Float32Array(9), null), UP);
   near(repairNormals(PLACES, null, Uint16Array.of(0, 1)), UP);
 });

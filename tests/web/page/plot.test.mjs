@@ -8,7 +8,7 @@ import { seconds } from "../../../src/pyros1/web/page/lib/format.js";
 import { axisWidth, safeRange, splitCurves, tickLabels, paddedRange } from "../../../src/pyros1/web/page/parts/plot/plot_text.js";
 import { written } from "../../../src/pyros1/web/page/parts/tree.js";
 
-test("marks of an axis differ, and are as short as that allows", () => {
+test("the tick labels of an axis are distinct, and as short as possible", () => {
   for (const [ticks, texts] of [
     [[0, 0.25, 0.5], ["0.00", "0.25", "0.50"]],
     [[-2.5, 0, 2.5], ["-2.5", "0.0", "2.5"]],
@@ -22,7 +22,7 @@ test("marks of an axis differ, and are as short as that allows", () => {
   ]) assert.deepEqual(tickLabels(ticks), texts);
 });
 
-test("an axis has room for its marks", () => {
+test("an axis has room for its tick labels", () => {
   assert.equal(axisWidth(null, null), axisWidth(null, ["0.5"]));
   assert.ok(axisWidth(null, ["1795706846.5"]) >= 12 * 7 + 20);
 });
@@ -34,7 +34,7 @@ function points(...parts) {
 }
 const kept = ({ times, values, start, end }) => [[...times.slice(start, end)], [...values.slice(start, end)]];
 
-test("a curve starts anew where time goes back, also in the middle of what came", () => {
+test("a curve starts over when time jumps back, even within a batch", () => {
   const looped = points([8, 9], [9.8, 9.9, 0.1, 0.2], [0.3]);
   assert.deepEqual(kept(looped), [[0.1, 0.2, 0.3], [1, 2, 3]]);
   assert.ok(sample(looped, grid(0, 0.4, 4)).includes(3)); // the newest is seen
@@ -42,12 +42,12 @@ test("a curve starts anew where time goes back, also in the middle of what came"
   assert.deepEqual(kept(points([0, 0.9], [0.2, 0.3]))[0], [0.2, 0.3]); // a bag that is shorter than a second
 });
 
-test("a clock that is set right by a little leaves the curve as it is, in order", () => {
+test("a small clock correction keeps the curve, with its times in order", () => {
   assert.deepEqual(kept(points([1, 2, 1.95, 2.1])), [[1, 2, 2, 2.1], [10, 20, 19.5, 21]]);
   assert.deepEqual(kept(points([1, 2], [1.95], [], [3]))[0], [1, 2, 2, 3]);
 });
 
-test("integers are written whole, and times exactly", () => {
+test("integers and times are written in full", () => {
   assert.equal(written(1795706846123456, "int64"), "1795706846123456"); // microseconds
   assert.equal(written(-1795706846123456, "int64"), "-1795706846123456");
   assert.equal(written("9223372036854775807", "int64"), "9223372036854775807");
@@ -58,7 +58,7 @@ test("integers are written whole, and times exactly", () => {
   }
 });
 
-test("between the ends of an axis one can count", () => {
+test("the ends of an axis are far enough apart to step between them", () => {
   const numbers = [0, 1, -1, 0.1, 0.1 + 2e-17, 1e16, 1e16 + 2, 1e17, 1e17 + 16, 1e308, 1.7e308, -1.7e308, 5e-324, -1e-320, 1e-300];
   for (const one of numbers) for (const other of numbers) {
     const [least, most] = [one, other].sort((first, second) => first - second);
@@ -72,7 +72,7 @@ test("between the ends of an axis one can count", () => {
   assert.deepEqual(safeRange([0, 2]), [0, 2]);
 });
 
-test("words of rqt_plot, slices and expressions are curves", () => {
+test("accepts rqt_plot's arguments, slices and expressions as curves", () => {
   for (const [text, curves] of [
     ["/a/x:y:z", ["/a/x", "/a/y", "/a/z"]],
     ["/a/x,/b[0:2]/y", ["/a/x", "/b[0:2]/y"]],

@@ -73,7 +73,7 @@ async function connected(t) {
   return robot;
 }
 
-test("a server that says nothing any more is given up, and found again", async (t) => {
+test("gives up on a server that falls silent, and reconnects", async (t) => {
   const robot = await connected(t);
   const [first] = sockets.slice(-1);
   robot.stream("system", {}, {});
@@ -89,7 +89,7 @@ test("a server that says nothing any more is given up, and found again", async (
   assert.deepEqual(sockets.at(-1).sent[0].open, "system");
 });
 
-test("who connects in vain tries again", async (t) => {
+test("tries again if a connection attempt gets no answer", async (t) => {
   await connected(t);
   sockets.at(-1).onclose();
   await pass(1);
@@ -98,7 +98,7 @@ test("who connects in vain tries again", async (t) => {
   assert.ok(sockets.length > count);
 });
 
-test("a master that goes and comes is told once", async (t) => {
+test("reports once that the master is gone, and once that it is back", async (t) => {
   const robot = await connected(t);
   const told = [];
   robot.addEventListener("master", () => told.push(robot.masterProblem));
@@ -107,7 +107,7 @@ test("a master that goes and comes is told once", async (t) => {
   assert.deepEqual(told, ["gone", ""]);
 });
 
-test("a stream that goes on takes back its own problem only, once", () => {
+test("a stream that resumes clears only its own problem, and only once", () => {
   const robot = new Robot("token");
   const socket = sockets.at(-1);
   socket.open();

@@ -15,7 +15,7 @@ import { resolveUri } from "../../../src/pyros1/web/page/lib/scene/meshes.js";
 import { pointsIn, overlaps } from "../../../src/pyros1/web/page/lib/scene/picking.js";
 import { PointSet, levels, scanPoints } from "../../../src/pyros1/web/page/lib/scene/points.js";
 
-test("files that a mesh names are beside it, in its package", () => {
+test("files that a mesh refers to are relative to it, and stay in its package", () => {
   const mesh = "package://arm/meshes/visual/a.dae";
   assert.equal(resolveUri(mesh, "b.png"), "package://arm/meshes/visual/b.png");
   assert.equal(resolveUri(mesh, "./b.png"), "package://arm/meshes/visual/b.png");
@@ -25,7 +25,7 @@ test("files that a mesh names are beside it, in its package", () => {
   assert.equal(resolveUri("file:///opt/arm/a.dae", "../b.png"), "file:///opt/b.png");
 });
 
-test("the mouse hits the points of a marker", () => {
+test("the mouse can pick the points of a marker", () => {
   const dots = new PointSet();
   dots.set(Float32Array.of(0, 0, 0, 5, 5, 0), "rgba", new Uint8Array(8));
   dots.enablePicking();
@@ -36,7 +36,7 @@ test("the mouse hits the points of a marker", () => {
   assert.equal(caster.intersectObject(dots.object, true).length, 0);
 });
 
-test("ranges become points, but not those that are none", () => {
+test("valid ranges become points", () => {
   const facts = { start: 0, step: Math.PI / 2, least: 0.5, most: 5, count: 4, intensities: true };
   const [positions, values, indices] = scanPoints(facts, Float32Array.of(1, 0.1, NaN, 2, 10, 20, 30, 40));
   assert.deepEqual([...positions].map((value) => Math.round(value * 1000) / 1000 + 0), [1, 0, 0, 0, -2, 0]);
@@ -44,18 +44,18 @@ test("ranges become points, but not those that are none", () => {
   assert.deepEqual([...indices], [0, 3]);
 });
 
-test("what is as far as the greatest range is nothing that was seen", () => {
+test("a reading at the maximum range is not a point", () => {
   const facts = { start: 0, step: 1, least: 1, most: 2, count: 3, intensities: false };
   assert.deepEqual([...scanPoints(facts, Float32Array.of(1, 1.5, 2))[2]], [0, 1]);
 });
 
-test("a scan without a greatest range has all points that are somewhere", () => {
+test("a scan without a maximum range keeps all finite points", () => {
   const facts = { start: 0, step: Math.PI, least: null, most: null, count: 4, intensities: false };
   const [positions, , indices] = scanPoints(facts, Float32Array.of(1, Infinity, 2, NaN));
   assert.deepEqual([[...indices], positions[3]], [[0, 2], 2]);
 });
 
-test("a selected point is described also when its points are gone", () => {
+test("a selected point is still described after its points are gone", () => {
   const display = new Display("#1c7ed6", "PointCloud2");
   const pose = [0, 0, 0, 0, 0, 0, 1];
   const points = { buffer: Float32Array.of(1, 2, 3).buffer, offset: 0 };
@@ -65,7 +65,7 @@ test("a selected point is described also when its points are gone", () => {
   assert.deepEqual(part.points.about(0)[1], ["x, y, z", "1, 2, 3"]);
 });
 
-test("a mesh of a marker may come when the topic has another type", () => {
+test("a marker's mesh may finish loading after the topic's type has changed", () => {
   const display = new Display("#1c7ed6", "Marker");
   display.update({ kind: "markers", new: [], gone: [], poses: {} });
   const { markers } = display;
@@ -74,7 +74,7 @@ test("a mesh of a marker may come when the topic has another type", () => {
   assert.equal(display.problem, "no transform to the frame base");
 });
 
-test("levels go from the least to the greatest number", () => {
+test("levels run from the minimum to the maximum", () => {
   assert.deepEqual([...levels(Float32Array.of(1, 2, 3))], [0, 127, 255]);
   assert.deepEqual([...levels(Float32Array.of(5, 5))], [0, 0]);
   assert.deepEqual([...levels(Float32Array.of(NaN, 0, Infinity, 10))], [0, 0, 255, 255]);
@@ -88,7 +88,7 @@ const TYPES = {
   "/cam/camera_info": "sensor_msgs/CameraInfo", "/map": "nav_msgs/OccupancyGrid", "/words": "std_msgs/String",
 };
 
-test("keys say which display of a topic it is", () => {
+test("a key identifies a topic and its kind of display", () => {
   assert.deepEqual(parseKey("/map", TYPES), { topic: "/map", kind: "Map", view: "scene_topic" });
   assert.deepEqual(parseKey("/alone", TYPES), { topic: "/alone", kind: "Image", view: "image" });
   assert.deepEqual(parseKey("camera:/alone", TYPES), { topic: "/alone", kind: "Camera", view: "scene_camera" });
@@ -96,7 +96,7 @@ test("keys say which display of a topic it is", () => {
   for (const key of ["camera:/map", "depth:/nothing", "/words", "constructor:/map", ""]) assert.equal(parseKey(key, TYPES).kind, "");
 });
 
-test("cameras are offered where there is a CameraInfo, and depths where a name says so", () => {
+test("offers a camera if there is a CameraInfo, and a depth cloud if the name suggests depth", () => {
   const keys = (shown) => addableDisplays(TYPES, shown, ["/robot_description"]).map(({ key }) => key);
   const all = ["/alone", "/cam/depth", "camera:/cam/depth", "depth:/cam/depth", "/cam/rgb/compressed", "camera:/cam/rgb/compressed", "/map", "depth:", "robot:"];
   assert.deepEqual(keys([]), all);
@@ -105,7 +105,7 @@ test("cameras are offered where there is a CameraInfo, and depths where a name s
   assert.deepEqual(others, ["RobotModel", "Image", "Image", "Image", "Map", "RobotModel"]);
 });
 
-test("a camera sees from the edge of its first pixel to that of its last one", () => {
+test("a camera's view extends to the outer edges of its outermost pixels", () => {
   const camera = { fx: 2, fy: 4, cx: 1.5, cy: 0.5, width: 4, height: 4 };
   assert.deepEqual(fieldOfView(camera), [-1, 1, 0.25, -0.75]);
   assert.deepEqual(fieldOfView(camera, 2), [-0.5, 0.5, 0, -0.5]);
@@ -113,7 +113,7 @@ test("a camera sees from the edge of its first pixel to that of its last one", (
 
 const EYE = [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, -1, -1, 0, 0, -0.2, 0]; // looks along -z, from 0.1 m to far away
 
-test("of points in a part of the picture, the one in front", () => {
+test("finds the frontmost point in a rectangle of the picture", () => {
   const positions = Float32Array.of(0, 0, -2, 0, 0, -1, 0, 0, 1, 0.5, 0, -1, 0, NaN, -1, 0, 0, -0.01);
   const found = pointsIn(positions, 6, EYE, [-0.1, -0.1, 0.1, 0.1], 10);
   assert.deepEqual([found.total, found.nearest, found.indices], [2, 1, [0, 1]]); // the others are beside, behind, nowhere, too near
@@ -122,7 +122,7 @@ test("of points in a part of the picture, the one in front", () => {
   assert.equal(pointsIn(positions, 6, EYE, [0.9, 0.9, 1, 1], 2).nearest, -1);
 });
 
-test("what reaches into a part of the picture", () => {
+test("finds what overlaps a rectangle of the picture", () => {
   const corners = [[-1, -1, -2], [1, 1, -2]];
   assert.ok(overlaps(corners, EYE, [0.4, 0.4, 0.9, 0.9]));
   assert.ok(!overlaps(corners, EYE, [0.6, 0.4, 0.9, 0.9]));
@@ -130,7 +130,7 @@ test("what reaches into a part of the picture", () => {
   assert.ok(!overlaps([], EYE, [-1, -1, 1, 1]));
 });
 
-test("a browser that draws slowly gets fewer points, and more again when it does not", () => {
+test("a slow browser gets fewer points, and more again once it has recovered", () => {
   const density = new PointBudget();
   const told = (lag, count, more = {}) => density.reportFrame(lag, { count, all: false, fresh: true, ...more });
   assert.deepEqual([1, 2, 3].map(() => told(500, 1e6)), [false, false, true]);
@@ -146,7 +146,7 @@ test("a browser that draws slowly gets fewer points, and more again when it does
   assert.ok(told(20, 100000));
 });
 
-test("to turn the view is no reason for fewer points, but may be one for more", () => {
+test("turning the view never reduces the number of points, but may increase it", () => {
   const density = new PointBudget();
   const turned = (lag) => density.reportFrame(lag, { count: 1e6, all: false, fresh: false });
   for (let time = 0; time < 20; time += 1) assert.ok(!turned(500));
@@ -158,13 +158,13 @@ test("to turn the view is no reason for fewer points, but may be one for more", 
   assert.equal(density.maxPoints, Infinity);
 });
 
-test("of boxes that cover each other the first is seen", () => {
+test("of overlapping labels, only the first is visible", () => {
   const box = (left, top) => ({ left, top, wide: 10, high: 5 });
   assert.deepEqual(visibleLabels([box(0, 0), box(5, 2), box(10, 0), box(0, 5)]), [true, false, true, true]);
   assert.deepEqual(visibleLabels([]), []);
 });
 
-test("how often clouds come", () => {
+test("measures how often clouds arrive", () => {
   const pace = new RateMeter();
   pace.tick(1000);
   assert.equal(`${pace}`, "the first");
@@ -172,7 +172,7 @@ test("how often clouds come", () => {
   assert.equal(`${pace}`, "4.0 a second");
 });
 
-test("a map that is too large for a graphics card is shown in part", () => {
+test("a map that is too large for the graphics card is shown at a lower resolution", () => {
   const plane = new MapPlane();
   const facts = { resolution: 0.05, origin: [0, 0, 0, 0, 0, 0, 1] };
   plane.set({ ...facts, width: 3, height: 2 }, Int8Array.of(0, 100, 0, 0, 0, 100));
@@ -191,13 +191,13 @@ test("a map that is too large for a graphics card is shown in part", () => {
   assert.equal(pixels()[7500], black);
 });
 
-test("types that a robot calls as parts of JavaScript are not known", () => {
+test("types named like JavaScript's built-in properties are unknown", () => {
   const types = { "/a": "constructor", "/b": "__proto__", "/c": "toString" };
   for (const topic of Object.keys(types)) assert.equal(parseKey(topic, types).kind, "");
   assert.deepEqual(addableDisplays(types, [], ["/robot_description"]).map(({ key }) => key), ["robot:"]);
 });
 
-test("the CameraInfo is beside the picture, wherever that is", () => {
+test("the CameraInfo is next to the image topic, whatever its namespace", () => {
   for (const [topic, type, info] of [
     ["/camera/image", "sensor_msgs/Image", "/camera/camera_info"],
     ["/camera/image/compressed", "sensor_msgs/CompressedImage", "/camera/camera_info"],
