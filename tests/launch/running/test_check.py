@@ -236,3 +236,15 @@ def test_nodelets_without_a_program_are_found(args: str, problem: str) -> None:
     node = NodePlan("nodelet", "nodelet", "n", args=args.split(), file="a.launch", line=3)
     errors = [*plan_errors(Plan(nodes=[node]), WithNodelets(), {})]
     assert [str(error).partition("n]: ")[2][: len(problem)] for error in errors] == [problem] * bool(problem)
+
+
+@pytest.mark.parametrize(
+    ("package", "folder"), [("nodelet", "/opt/ros/noetic/lib"), ("joy", OWN_PACKAGES), ("other", "/opt/ros/noetic/lib")]
+)
+def test_only_the_arguments_of_the_own_nodelet_program_are_checked(package: str, folder: str) -> None:
+    class WithPrograms(Packages):
+        def find_executable(self, package: str, name: str) -> _Paths:
+            return [Path(folder, package, "scripts", name)]
+
+    node = NodePlan(package, "nodelet", "n", args=["lode", "robot/Swim"], file="a.launch", line=3)
+    assert [*plan_errors(Plan(nodes=[node]), WithPrograms(), {})] == []

@@ -15,9 +15,11 @@ from pyros1.finding.packages import PackageIndex
 from pyros1.ground.errors import LaunchError
 from pyros1.launch.plan import NodePlan, Plan
 from pyros1.launch.running.console import Console
+from pyros1.launch.running.core_journal import CoreJournal
 from pyros1.launch.running.options import Options
 from pyros1.launch.running.session import Session
 from pyros1.master.server import Master
+from pyros1.net.hosts import parse_uri
 from pyros1.net.master_client import MasterClient
 
 DEADLINE = 20.0
@@ -203,6 +205,22 @@ def test_a_port_that_is_in_use_is_said_and_the_journal_left_to_the_next(
     launch = make(**options)
     launch.run()
     assert "has no journal" not in launch.err.getvalue()
+
+
+def test_a_launch_leaves_the_journal_of_a_running_master_alone(
+    make: Callable[..., Launch], master: Master, tmp_path: Path
+) -> None:
+    environ = {"ROS_HOME": str(tmp_path / "home")}
+    core = CoreJournal(environ, parse_uri(master.uri)[1], Console(io.StringIO(), io.StringIO(), title=False))
+    assert core.journal is not None
+    core.journal.rewrite([("setParam", ["/", "/x", 1])])
+    core.release()
+    folder = tmp_path / "home" / "pyros1"
+    before = sorted(folder.iterdir())
+    launch = make(environ={"ROS_MASTER_URI": master.uri})
+    launch.run()
+    assert before and sorted(folder.iterdir()) == before
+    assert "journal" not in launch.err.getvalue()
 
 
 def test_a_launch_that_was_stopped_starts_no_more_nodes(make: Callable[..., Launch], master: Master) -> None:

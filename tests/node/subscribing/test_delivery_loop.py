@@ -690,3 +690,30 @@ def test_a_full_inbox_is_emptied_in_place_of_a_busy_asyncio_loop() -> None:
     for number in range(5):
         delivery.push(inbox, number, 2)
     assert said == [0, 1, 2, 3] and delivery.dropped == 0
+
+
+def test_a_publisher_does_not_wait_for_a_busy_asyncio_loop() -> None:
+    said: list[object] = []
+    driver, inbox = _Driver(), here()
+    driver.cooperative = True
+    began, goes_on = threading.Event(), threading.Event()
+
+    def deliver(item: object) -> None:
+        said.append(item)
+        began.set()
+        assert goes_on.wait(15)
+
+    delivery = loop_with(driver, deliver)
+    delivery.inboxes.add(inbox)
+    delivery.push(inbox, 0, 2)
+    owner = threading.Thread(target=delivery.run, args=(None,))
+    owner.start()
+    assert began.wait(15)
+    publisher = threading.Thread(target=lambda: [delivery.push(inbox, number, 2) for number in range(1, 5)])
+    publisher.start()
+    publisher.join(15)
+    waits = publisher.is_alive()
+    goes_on.set()
+    publisher.join(15)
+    owner.join(15)
+    assert not waits and said[0] == 0 and delivery.dropped == 2
