@@ -717,3 +717,21 @@ def test_a_publisher_does_not_wait_for_a_busy_asyncio_loop() -> None:
     publisher.join(15)
     owner.join(15)
     assert not waits and said[0] == 0 and delivery.dropped == 2
+
+
+def test_a_wake_up_that_a_signal_handler_interrupted_is_repeated() -> None:
+    woken: list[object] = []
+    driver, inbox = _Driver(), here()
+
+    def wake(loop: object) -> None:
+        woken.append(loop)
+        if len(woken) == 1:
+            raise KeyboardInterrupt
+
+    driver.wake = wake  # type: ignore[method-assign]
+    delivery = loop_with(driver, lambda item: None)
+    delivery.inboxes.add(inbox)
+    with pytest.raises(KeyboardInterrupt):
+        delivery.push(inbox, 1, 50)
+    delivery.push(inbox, 2, 50)
+    assert woken == [delivery, delivery]
