@@ -11,6 +11,7 @@ from collections.abc import Callable
 from pathlib import Path
 from queue import Queue
 from typing import Any
+from xmlrpc.client import ServerProxy
 
 import pytest
 
@@ -60,6 +61,16 @@ def test_analyzers_come_with_a_node_and_go_with_it(
     assert "/IMU" in names
 
 
+def hears(listener: Node, talker: Node, topic: str) -> bool:
+    """Return whether a node has received a message of another one on a topic."""
+    with ServerProxy(listener.uri) as proxy:
+        slave: Any = proxy
+        connections, statistics = slave.getBusInfo("/test")[2], slave.getBusStats("/test")[2][1]
+    publishers = [uri for _, uri, way, _, name, *_ in connections if (way, name) == ("i", topic)]
+    links = dict(statistics).get(topic, [])
+    return any(uri == talker.uri and link[2] > 0 for uri, link in zip(publishers, links, strict=False))
+
+
 def test_a_bond_breaks_with_the_aggregator(aggregator: Node, make_node: Callable[..., Node], tmp_path: Path) -> None:
     errors: Queue[str] = Queue()
     arm = make_node("arm")
@@ -76,6 +87,9 @@ def test_a_bond_breaks_with_the_aggregator(aggregator: Node, make_node: Callable
     adding.start()
     while "added the analyzers of /arm" not in formed.get(timeout=PATIENCE):
         pass
+    deadline = time.monotonic() + PATIENCE
+    while not hears(arm, aggregator, f"{BOND_TOPIC}/arm"):  # before, it goes on waiting for its aggregator
+        assert time.monotonic() < deadline
     aggregator.shutdown()
     assert "the bond with aggregator_node is broken" in errors.get(timeout=PATIENCE)
     adding.join(PATIENCE)
