@@ -72,6 +72,13 @@ def test_the_text_in_pieces_is_what_json_makes_of_it(value: Any) -> None:
     assert max(map(len, pieces)) < 200_000
 
 
+def test_fields_that_are_left_out_at_every_depth() -> None:
+    path = load("nav_msgs/Path")(poses=[load("geometry_msgs/PoseStamped")()] * 2)
+    pieces: list[str] = []
+    emit_json(pieces.append, path, includes=lambda field_type: field_type != "std_msgs/Header")
+    assert json.loads("".join(pieces)) == {"poses": [{"pose": to_json(load("geometry_msgs/Pose")())}] * 2}
+
+
 def test_nan() -> None:
     cls = load("std_msgs/Float64MultiArray")
     back: Any = from_json(cls, json.loads(json.dumps(to_json(cls(data=[math.nan, 1.0])))))

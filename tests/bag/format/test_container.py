@@ -95,12 +95,13 @@ def test_counts_are_packed_and_a_mapping() -> None:
 def test_a_time_that_does_not_fit_does_not_spoil_the_bag(tmp_path: Path) -> None:
     with BagWriter(tmp_path / "x.bag") as writer:
         conn = writer.add_connection("/x", HEADER)
-        for time in (-1, 1 << 63):
+        for time in (-1, (1 << 32) * 10**9, 1 << 63):
             with pytest.raises(pyros1.bag.BagError, match="cannot be stored"):
                 writer.write(conn, time, b"")
         writer.write(conn, 1, b"")
+        writer.write(conn, (1 << 32) * 10**9 - 1, b"")
     with BagReader(tmp_path / "x.bag") as bag:
-        assert bag.count() == 1
+        assert bag.count() == 2
 
 
 class FullDisk(FileIO):

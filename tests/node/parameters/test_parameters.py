@@ -208,6 +208,22 @@ def test_uncache(node: Any, other: Any) -> None:
     assert node.params.cached("rate") == 2
 
 
+def test_the_master_reports_no_changes_after_uncache(node: Any, other: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    updated: list[str] = []
+    update = node.params.update
+    monkeypatch.setattr(node.params, "update", lambda key, value: updated.append(key) or update(key, value))
+    for name in ("rate", "gain"):
+        node.params[name] = 1
+        assert node.params.cached(name) == 1
+    node.params.uncache("rate")
+    other["/robot/rate"] = 2
+    other["/robot/gain"] = 2
+    deadline = time.monotonic() + 15
+    while node.params.cached("gain") != 2:  # updates of a node come in their order
+        assert time.monotonic() < deadline
+    assert [key.rstrip("/") for key in updated] == ["/robot/gain"]
+
+
 def test_an_update_that_overtakes_the_answer() -> None:
     class Master:
         def subscribe_param(self, api: str, key: str) -> Any:
