@@ -126,11 +126,11 @@ class Graph:
         return SystemState(publishers, subscribers, services)
 
     def topic_types(self) -> dict[str, str]:
-        """Return the types, including ``*``, by topic, for all topics that ever had a type, in the master's order."""
+        """Return topic -> type, which may be ``*``, for all topics that ever had a type, in the master's order."""
         return {untrusted(entry[0]): untrusted(entry[1]) for entry in self.master.get_topic_types()}
 
     def published_types(self) -> dict[str, str]:
-        """Return the types by topic of all topics that have a publisher."""
+        """Return topic -> type for all topics that have a publisher."""
         return {untrusted(entry[0]): untrusted(entry[1]) for entry in self.master.get_published_topics("")}
 
     def find_topic(self, name: str) -> tuple[str, str, str] | None:
@@ -213,7 +213,7 @@ class NodeApi:
         return [parse_bus_entry(entry) for entry in entries]
 
     def bus_stats(self) -> Any:
-        """Return the node's connection statistics as it reports them. roscpp reports them without a status code."""
+        """Return the connection statistics in the form that the node reports; roscpp nodes omit the status code."""
         response = self._client.call("getBusStats", self._caller_id)
         match response:
             case [int(), str(), value]:
@@ -221,7 +221,7 @@ class NodeApi:
         return response
 
     def subscriptions(self) -> dict[str, str]:
-        """Return the types by topic of the topics that the node subscribes to."""
+        """Return topic -> type for the topics that the node subscribes to."""
         entries = self._call("getSubscriptions")
         match entries:
             case list() if all(isinstance(entry, list) and len(entry) > 1 for entry in entries):

@@ -17,7 +17,7 @@ def check_priority(priority: object, name: str) -> int:
 
     Args:
         priority: a whole number from 0 (none) to 99, or its text.
-        name: what an error calls it.
+        name: its name in the error message.
 
     Raises:
         ValueError: it is not such a number.
@@ -38,14 +38,14 @@ def set_priority(priority: int, pid: int) -> None:
         pid: the process id.
 
     Raises:
-        NodeError: the system has no such priorities, or the user may not set them. The message says what to do.
+        NodeError: the system does not support them, or the user may not set them. The message says what to do.
     """
     if not hasattr(os, "SCHED_FIFO"):
         raise NodeError(f"cannot get real-time priority {priority}: only Linux has these priorities")
     policy = os.SCHED_FIFO if priority else os.SCHED_OTHER
     done: set[str] = set()
     try:
-        for _ in range(_MAX_PASSES):  # until no thread is new: one of those that follow may have created it meanwhile
+        for _ in range(_MAX_PASSES):  # until there are no new threads: those not yet changed may create some
             threads = set(os.listdir(f"/proc/{pid}/task")) - done
             if not threads:
                 break

@@ -19,7 +19,7 @@ from pyros1.net.rpc_caller import RpcCaller
 
 MASTER_NAME: Final = "/master"
 RECHECK_S: Final = 1.0
-"""Seconds after which a subscriber that could not be reached must still be registered, for a warning to be due."""
+"""Seconds after which to warn about a subscriber that could not be reached, if it is still registered then."""
 
 MAX_QUEUED: Final = 1000
 """Maximum number of notices queued for one node; the oldest are dropped."""

@@ -174,7 +174,7 @@ class Registry:
 
         A node that was replaced and has been asked to shut down is not registered again; it only reads the value. With
         the stock master, the replaced node would take the name back, and the new node would be shut down as well. This
-        happens to roscpp nodes, which often read `/tcp_keepalive` at that moment, for a connection that they accept.
+        happens to roscpp nodes: they read `/tcp_keepalive` for each connection that they accept, often at that moment.
         """
         entry = self._nodes.get(node)
         if entry is not None and api == entry.replaced_api:

@@ -1,7 +1,7 @@
 """Finds classes for connections whose definition text differs from what stock's publishers send.
 
 Other client libraries send texts without nested types, truncated or empty texts, or texts with other separators or line
-endings. An interpretation of such a text is right if it has the connection's md5 sum. What is missing or unreadable is
+endings. An interpretation of such a text is right if it has the connection's md5 sum. Missing or unreadable parts are
 taken from the installed definitions.
 """
 
@@ -50,8 +50,8 @@ def find_class(
         md5sum: md5 sum from the connection header; ``*`` or empty if unknown.
         full_text: its definition text, which may be empty.
         other_texts: definition texts from other connections with that type.
-        prefer_installed: whether an installed type of that name is preferred to a text whose md5 sum is not that of the
-            connection, as in stock's tools, which only know installed types.
+        prefer_installed: whether to prefer an installed type of that name to a text whose md5 sum differs from the
+            connection's, like stock's tools, which only know installed types.
 
     Raises:
         DefinitionError: the text is invalid, and nothing can replace it.
@@ -120,8 +120,8 @@ def _is_prefix(cls: type[Message], other: type[Message]) -> bool:
 def _interpretations(type_name: str, full_text: str) -> Iterator[type[Message]]:
     """Yield candidate classes for a definition with nonstandard separators, ``MSG:`` lines, whitespace or line endings.
 
-    The first candidate takes only those nested types from the installed packages that the text lacks. The second takes
-    all nested types from there that are installed, since the text may be truncated.
+    The first candidate takes only the nested types that the text lacks from installed packages. The second takes all
+    nested types from installed packages if possible, since the text may be truncated.
     """
     if len(full_text) > MAX_TEXT_LENGTH:
         return

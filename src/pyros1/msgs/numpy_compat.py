@@ -26,7 +26,7 @@ def retry_with_plain_numbers(cls: type[Message], codec: str, message: Any, error
         error: the codec's error.
 
     Raises:
-        SerializationError: a value is wrong even so; the message names its field.
+        SerializationError: a value is still wrong; the message names its field.
     """
     plain = _plain_message(cls, message)
     if plain is message:

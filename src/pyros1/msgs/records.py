@@ -1,8 +1,8 @@
 """Arrays of messages as numpy arrays with one column per field, for types of fixed size such as geometry_msgs/Pose.
 
 The elements of such an array lie in memory exactly as they are transmitted, so that a whole array is received and sent
-without a loop. ``poses["position"]["x"]`` is the column of all x coordinates; for names that are no attributes of numpy
-arrays, ``poses.position.x`` is the same, and ``poses[0].position.x`` is a single value, as for a list of messages.
+without a loop. ``poses["position"]["x"]`` is the column of all x coordinates; so is ``poses.position.x``, unless a name
+is already an attribute of numpy arrays. ``poses[0].position.x`` is a single value, as for a list of messages.
 """
 
 from __future__ import annotations
@@ -122,7 +122,7 @@ def check_records(values: Any, cls: type[Message], field: str = "") -> None:
         field: name of the field, for the error message.
 
     Raises:
-        SerializationError: it has other fields, other types that would lose digits, or not one dimension.
+        SerializationError: its fields differ, a type would lose digits, or it does not have one dimension.
     """
     import numpy  # noqa: PLC0415
 

@@ -41,8 +41,8 @@ def connectivity_hint(host: str, error: BaseException | None, own_host: str = ""
             "ROS_IP=<its address> there and restart it), or a firewall rejects the port (PYROS1_PORTS)"
         )
     return (
-        f"Is [{host}] switched on, and is it the machine of this node? If not: export ROS_IP=<its address> there and "
-        "restart it. A firewall must allow the node's ports (PYROS1_PORTS)"
+        f"Is [{host}] switched on, and does the node run on it? If not: on the node's machine export "
+        "ROS_IP=<its address> and restart it. A firewall must allow the node's ports (PYROS1_PORTS)"
     )
 
 
@@ -53,6 +53,6 @@ def _loopback_hint(host: str, causes: list[BaseException], own_host: str) -> str
     if is_loopback(own_host):
         return exited_hint
     return (
-        f"{exited_hint}. Or is it on another machine? Its address there, {host}, means this machine here: "
+        f"{exited_hint}. Or is it on another machine? It advertises {host}, which means this machine here: "
         "on its machine unset ROS_HOSTNAME, export ROS_IP=<its address> and restart it"
     )

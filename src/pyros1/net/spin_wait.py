@@ -23,7 +23,7 @@ MIN_PAUSE: Final = 0.01
 MAX_PAUSE: Final = 1.0
 """Minimum and maximum duration in seconds of the pause in polling after an interruption by another program."""
 _CHECKED_PAUSE = 0.04
-"""Minimum duration in seconds of a pause after which the system is asked how busy it is: it counts in hundredths."""
+"""Minimum duration in seconds of a pause after which idle times are compared: the system reports them in hundredths."""
 _MIN_IDLE = 0.5
 """How many processors must have been idle during a pause for polling to resume."""
 
@@ -56,10 +56,10 @@ class PollGuard:
         self.paused_until = 0.0
         self._interrupted_at = self._paused_at = -math.inf
         self._pause = 0.0
-        self._idle_before: float | None = None  # when the pause began; None: it need not be compared
+        self._idle_before: float | None = None  # at the start of the pause; None if it need not be compared
 
     def may_poll(self, now: float) -> bool:
-        """Return whether to poll at a time."""
+        """Return whether polling is allowed at the given time."""
         if now < self.paused_until:
             return False
         if self._idle_before is None:
@@ -88,7 +88,7 @@ class PollGuard:
 
 
 def idle_time() -> float | None:
-    """Return for how many seconds processors have been idle, in total; None if the system does not tell."""
+    """Return for how many seconds processors have been idle, in total; None if the system does not report it."""
     try:
         with open("/proc/uptime", "rb") as file:
             return float(file.read(64).split()[1])

@@ -32,7 +32,7 @@ _MAX_UNKNOWN_HOSTS = 1000
 
 
 class PublicationInterface(Protocol):
-    """What other parts of the node use of a publication; see `publishing.publication.Publication`."""
+    """The parts of a publication that the rest of the node uses; see `publishing.publication.Publication`."""
 
     topic: str
 
@@ -48,7 +48,7 @@ class PublicationInterface(Protocol):
 
 
 class SubscriptionInterface(Protocol):
-    """What other parts of the node use of a subscription; see `subscribing.subscription.Subscription`."""
+    """The parts of a subscription that the rest of the node uses; see `subscribing.subscription.Subscription`."""
 
     type: TopicType
     delivery: DeliveryLoop
@@ -61,7 +61,7 @@ class SubscriptionInterface(Protocol):
 
 
 class ServiceInterface(Protocol):
-    """What other parts of the node use of a service; see `services.server.ServiceServer`."""
+    """The parts of a service that the rest of the node uses; see `services.server.ServiceServer`."""
 
     type: type[Any]
     uri: str
@@ -182,8 +182,8 @@ class Context:
         """Raise NodeError in a forked process, or NodeShutdownError if the node is shutting down."""
         if self.is_forked:
             raise NodeError(
-                f"this process was forked from that of {self.name}: create and shut down topics and services there; "
-                "or fork before the node starts, and create a node in each process"
+                f"this process was forked from that of {self.name}: create and shut down topics and services in the "
+                "original process, or fork before the node starts, and create a node in each process"
             )
         self.check_running()
 

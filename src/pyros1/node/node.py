@@ -307,16 +307,16 @@ class Node(TopicMethods, ServiceMethods, TimeMethods):
     def realtime(self, priority: int) -> None:
         """Give the program a real-time priority (SCHED_FIFO): it runs as soon as it has work, even on a busy machine.
 
-        This holds for all threads of the process, and for the processes that it starts. A program that computes without
-        end then stops all others on its processor. ``__priority:=50`` on the command line does the same, but only logs
-        a warning if it is not permitted.
+        This applies to all threads of the process, and to the processes that it starts. A program that never pauses
+        then blocks all others on its processor. ``__priority:=50`` on the command line does the same, but only logs a
+        warning if it is not permitted.
 
         Args:
-            priority: 1 to 99; programs of a higher priority go first; 0 for none.
+            priority: 1 to 99; programs with a higher priority run first; 0 for none.
 
         Raises:
             ValueError: the priority is not a whole number from 0 to 99.
-            NodeError: the system has no such priorities, or the user may not set them.
+            NodeError: the system does not support real-time priorities, or the user may not set them.
         """
         from pyros1.ground.realtime import check_priority, set_priority  # noqa: PLC0415 - few nodes need it
 

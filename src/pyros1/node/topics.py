@@ -370,27 +370,27 @@ class TopicMethods:
                 means 1000.
             tcp_nodelay: whether to ask publishers to send small messages without delay.
             arrays: the type of numeric arrays, which all have one dimension: None for bytes (uint8) and tuples;
-                "memoryview" or "numpy" for read-only arrays of the field's type that refer to the received bytes,
-                without a copy. With "numpy", so are arrays of messages of fixed size, such as PoseArray's ``poses``:
-                numpy.recarray of shape (n,) with `pyros1.msgs.record_dtype`, so ``message.poses.position.x`` is an
-                array of shape (n,).
+                "memoryview" or "numpy" for read-only arrays of the field's type that share the received bytes, without
+                copying. With "numpy", an array of messages of fixed size, such as PoseArray's ``poses``, is a
+                numpy.recarray of shape (n,) with `pyros1.msgs.record_dtype`: ``message.poses.position.x`` is an array
+                of shape (n,).
             transports: one or several transports in order of preference: "tcp" (TCPROS), "local" (shared memory and
                 Unix sockets, for pyros1 publishers of the same user on this machine; used by default), "udp" (UDPROS:
                 lost messages are not sent again, and nothing waits for them; see https://wiki.ros.org/ROS/UDPROS).
                 rospy publishers only support "tcp". The first subscriber to a topic in a node decides for the others.
             max_datagram_size: maximum size of a datagram in bytes, for "udp".
             low_latency: whether to poll for the next message for 2 ms before sleeping: messages arrive 25 to 50 us
-                sooner, but the node uses up to one processor. Only effective while the topic has one publisher, over
-                TCP or local, and while the machine is not busy: then the node sleeps as without it. The first
-                subscriber to a topic in a node decides for the others.
+                sooner, but the node uses up to one processor. It only has an effect while the topic has one publisher,
+                over TCP or local, and the machine is not busy. The first subscriber to a topic in a node decides for
+                the others.
             deadline: maximum time between two messages, in seconds of the node's time, starting at the first connection
                 to a publisher. A message counts when the callback receives it. None for no limit.
             on_missed: called like any callback, with a Missed, if no message has arrived within ``deadline``: once for
                 each gap, whether a publisher is connected or not.
             in_publisher: whether to call the callback in the thread of a publisher in this process, before its
-                `publish` returns, so that no other thread has to wake up. This applies only if all subscribers to the
-                topic in this node whose callbacks run immediately request it, and not to a message that arrives while a
-                callback of the topic is running.
+                `publish` returns, so that no other thread has to wake up. All subscribers to the topic in this node
+                whose callbacks run immediately must request it. A message that arrives while a callback of the topic is
+                running is delivered by another thread.
 
         Raises:
             ValueError: an unknown transport, a size out of range, or only one of ``deadline`` and ``on_missed``.

@@ -6,7 +6,7 @@ before it closes the connection. Rules (https://wiki.ros.org/ROS/TCPROS):
 * a first header with the field ``topic`` is for a publisher; otherwise, one with the field ``service`` is for a
   service;
 * ``md5sum`` must be equal; ``*`` on either side matches any; ``type`` may differ if ``md5sum`` is equal;
-* the response contains the actual type, md5sum and full definition, whatever was requested_type.
+* the response contains the actual type, md5sum and full definition, whatever type was requested.
 
 Refusals name the types of both sides, so that the user can find out which one is wrong.
 """

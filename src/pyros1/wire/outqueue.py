@@ -53,7 +53,7 @@ class OutQueue:
 
     Attributes:
         dropped: number of frames dropped so far.
-        sent_bytes: how many bytes of those that `buffers()` returned have been sent; `discard_sent` removes them.
+        sent_bytes: how many of the bytes returned by `buffers()` have been sent; `discard_sent` removes them.
     """
 
     __slots__ = ("_limit", "_partial", "_waiting", "dropped", "sent_bytes")

@@ -3,8 +3,8 @@
 It knows one token: a ``<value>`` with its scalar, or with the start of an array or struct, together with the
 ``<member>`` or ``<param>`` around it. It supports no document types, no entities except for XML's five, no comments,
 attributes, processing instructions or CDATA, so there is nothing to attack. If it encounters anything else, it gives up
-and returns None; the caller then uses the full parser, which decides what is allowed. For any text that it accepts, its
-result is that of the full parser.
+and returns None; the caller then uses the full parser, which decides what is allowed. For any text that it accepts, it
+returns the same result as the full parser.
 """
 
 from __future__ import annotations

@@ -45,7 +45,7 @@ def test_a_master_that_cannot_look_up_services(make_node: Any, no_lookup: None) 
     caller = make_node("caller")
     with pytest.raises(ServiceError, match=r"service \[/s\] cannot be looked up: .*no method lookupService"):
         caller.service("s", Empty)()
-    with pytest.raises(ServiceError, match=r"service \[/s\] cannot be waited for: .*no method lookupService"):
+    with pytest.raises(ServiceError, match=r"cannot wait for service \[/s\]: .*no method lookupService"):
         caller.wait_for_service("s", timeout=5)
 
 

@@ -91,13 +91,13 @@ def test_a_message_outside_of_its_block(publisher: Publisher, offset: int) -> No
 
 def test_memory_that_could_shrink_while_it_is_read(publisher: Publisher) -> None:
     publisher.share(seals=0x4)
-    with pytest.raises(ProtocolError, match="a block of shared memory may change its size"):
+    with pytest.raises(ProtocolError, match="a block of shared memory is not sealed against resizing"):
         publisher.refer()
 
 
 def test_memory_that_is_smaller_than_it_is_said_to_be(publisher: Publisher) -> None:
     publisher.share(said=SIZE + 1)
-    with pytest.raises(ProtocolError, match="a block of shared memory is smaller than it was said to be"):
+    with pytest.raises(ProtocolError, match="a block of shared memory is smaller than announced"):
         publisher.refer()
 
 

@@ -38,7 +38,7 @@ class LocalLink:
         queue_size: the publisher's maximum number of queued messages; 0 for no limit. None: publishers `wait` while the
             subscriber is behind.
         inbox_bytes: maximum bytes of messages that are queued beyond ``queue_size`` for a subscriber without a limit,
-            as in the sockets of other links.
+            like the data in the socket buffers of other links.
         on_closed: functions that are called once, with the link, when it is closed: one from the publication, and one
             from the subscription.
     """

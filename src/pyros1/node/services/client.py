@@ -345,7 +345,7 @@ def wait_for_service(context: Context, master: MasterClient, service: str, timeo
             probe(context, service, uri, PROBE_TIMEOUT if timeout is None else min(PROBE_TIMEOUT, max(timeout, 0.1)))
             return
         except MasterMethodError as error:
-            raise ServiceError(f"service [{service}] cannot be waited for: {error}") from error
+            raise ServiceError(f"cannot wait for service [{service}]: {error}") from error
         except (MasterError, ServiceError, WaitTimeoutError, ProtocolError) as error:
             if uri and isinstance(error.__cause__, TimeoutError):
                 failure = "does not answer (was its node stopped?)"

@@ -175,9 +175,9 @@ class DeliveryLoop:
         finally:
             if is_acquired:
                 self._release_ownership()
-                # New work has woken no thread, so check for it here. (`_has_work` would take as long as the rest.)
+                # New work has woken no thread, so check for it here. (`_has_work` would double the time needed.)
                 if self._closed:
-                    if not self._is_disposed:  # the driver's threads, which otherwise do so, may have ended
+                    if not self._is_disposed:  # the driver's threads, which usually do this, may have exited
                         self.close(wait=False)
                 elif self._ready_inboxes or self._readable or self._new_links or self._jobs or self._undelivered:
                     self.driver.wake(self)
@@ -216,7 +216,7 @@ class DeliveryLoop:
         self._closed = True
 
     def close(self, timeout: float = 5.0, wait: bool = True) -> None:
-        """Close all links; wait at most ``timeout`` seconds for a running callback, or leave the rest to its thread."""
+        """Close all links. If a callback runs for more than ``timeout`` seconds, its thread closes them afterwards."""
         self._closed = True
         if self._owner_thread_id == threading.get_ident():
             return  # a callback ends its own subscription: the owner does the rest
@@ -336,7 +336,7 @@ class DeliveryLoop:
     def _receive(self, link: TcpSource, wait: bool = False) -> bool:
         """Receive once and deliver; return whether more may be available."""
         batch = self.links.receive(link, wait)
-        if self._jobs:  # these messages are older than the next receive: a new subscriber must get them first
+        if self._jobs:  # before delivery: a subscriber that a job activates must get these messages
             self._run_jobs()
         if batch is None:
             return False

@@ -348,7 +348,7 @@ class Dialogue:
         return [LogMessage(False, _SILENT, (self._topic, self._uri, f"{host}:{port}", hint))]
 
     def _current_address(self) -> tuple[str, int | str]:
-        """Return the publisher's host and port that the attempt is using: those of its slave API, or of TCPROS."""
+        """Return the host and port that the attempt is using: the publisher's slave API, or its TCPROS server."""
         if self.state is not State.REQUESTING and self._peer_address is not None:
             return self._peer_address
         try:

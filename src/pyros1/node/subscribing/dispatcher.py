@@ -29,7 +29,7 @@ class Stream(Protocol):
 
     @property
     def full(self) -> bool:
-        """Whether the queue is full, so that publishers must be held back."""
+        """Whether the queue is full: publishers must then be held back."""
 
     @property
     def wants_newest(self) -> bool:
@@ -37,7 +37,7 @@ class Stream(Protocol):
 
     @property
     def urgent(self) -> bool:
-        """Whether the consumer is waiting for a message, so that other streams must not hold publishers back."""
+        """Whether the consumer is waiting for a message: other streams must then not hold publishers back."""
 
     def put(self, source: Source, item: Item) -> None:
         """Add a message to the queue. Called by one thread at a time."""
@@ -62,12 +62,12 @@ class Dispatcher:
         self.streams: tuple[Stream, ...] = ()
         self._context = context
         self._topic = topic
-        # The subscribers of both kinds that have received the latched messages, and now receive all further messages.
+        # The active subscribers of both kinds: they have received the latched messages, and now receive all others.
         self._active: tuple[Subscriber[Any], ...] = ()
         self._active_direct: tuple[Subscriber[Any], ...] = ()
         self._latched: dict[Source, Item] = {}  # from delivered messages
         self._latched_on_arrival: dict[Source, Item] = {}  # from messages that may still wait for `spin`
-        self._lock = threading.RLock()  # a signal handler that interrupts a method of this object may end the node
+        self._lock = threading.RLock()  # reentrant: a signal handler in one of these methods may shut down the node
 
     @property
     def is_held_back(self) -> bool:
@@ -135,7 +135,7 @@ class Dispatcher:
     # Messages, in the delivery loop or the thread that spins ----------------------------------------------------------
 
     def deliver_direct(self, source: Source, item: Item) -> bool:
-        """Call the subscribers that do not wait for `spin`, in a node that spins; return whether others do."""
+        """In a node that spins, call the subscribers that do not wait for `spin`; return whether others do wait."""
         if source.header.get("latching") == "1":
             self._latched_on_arrival[source] = item
         if self._active_direct:
@@ -234,7 +234,7 @@ class Dispatcher:
 
 
 def _expect_array(source: Source, message: Any, size: int) -> None:
-    """Tell a TCP link where a large message has its array, so that it can receive the next one's without copying it."""
+    """Tell a TCP link where the array of a large message is, so that it can receive the next one without copying."""
     array_layout = find_layout(type(message))
     if array_layout is not None and isinstance(source, TcpSource):
         array = getattr(message, array_layout.field, None)

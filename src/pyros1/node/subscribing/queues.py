@@ -118,7 +118,7 @@ class Inbox:
         """Remove the oldest message and return it; None if there is none."""
         while True:
             queue = self._queues[0]
-            is_newest = queue is self._newest  # checked first: nothing is put into older queues, but into this one
+            is_newest = queue is self._newest  # checked first: only the newest queue can still get messages
             self._num_taken += 1  # first: a message that is being taken does not count as lost
             try:
                 return queue.popleft()

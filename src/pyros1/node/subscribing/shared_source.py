@@ -217,9 +217,9 @@ class SharedSource(TcpSource):
             raise ProtocolError(f"more than {MAX_BLOCKS} blocks of shared memory")
         try:
             if fcntl.fcntl(descriptors[0], fcntl.F_GET_SEALS) & _SEALS != _SEALS:
-                raise ProtocolError("a block of shared memory may change its size")
+                raise ProtocolError("a block of shared memory is not sealed against resizing")
             if os.fstat(descriptors[0]).st_size < size:
-                raise ProtocolError("a block of shared memory is smaller than it was said to be")
+                raise ProtocolError("a block of shared memory is smaller than announced")
             self._blocks[number] = mmap.mmap(descriptors[0], size, access=mmap.ACCESS_COPY)
         except (OSError, ValueError, OverflowError) as error:
             raise ProtocolError(f"a block of shared memory cannot be read: {error}") from None

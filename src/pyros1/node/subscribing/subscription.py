@@ -63,7 +63,7 @@ class Subscription:
         self._connectors: dict[str, Connector] = {}  # used only on the loop
         self._tcp_links: tuple[TcpSource, ...] = ()
         self._inbox_links: tuple[Source, ...] = ()  # over UDP and within the process
-        self._lock = threading.RLock()  # a signal handler that interrupts a method of this object may end the node
+        self._lock = threading.RLock()  # reentrant: a signal handler in one of these methods may shut down the node
         self._closed = False
 
     # Subscribers ------------------------------------------------------------------------------------------------------
@@ -133,8 +133,8 @@ class Subscription:
 
         Args:
             uris: URIs of the publishers' slave APIs.
-            complete: whether publishers that are not in the list are gone. False for the response to a registration: it
-                may be older than an update that overtook it.
+            complete: whether publishers that are not in the list are gone. False for the response to a registration,
+                which may be older than an update that was received before it.
         """
         if self._closed:
             return

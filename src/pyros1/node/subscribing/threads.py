@@ -73,7 +73,7 @@ class DeliveryThreads:
         self._poller = Poller()
         self._deliveries: dict[int, DeliveryLoop] = {}
         self._woken_deliveries: deque[DeliveryLoop] = deque()
-        self._lock = threading.RLock()  # a signal handler that interrupts a method of this object may wake a loop
+        self._lock = threading.RLock()  # reentrant: a signal handler in one of these methods may wake a loop
         self._num_waiting = 0
         self._start_failed = False  # whether the system could not start another thread
         self._threads: set[threading.Thread] = set()
@@ -132,9 +132,9 @@ class DeliveryThreads:
             self._num_waiting += 1
             self._threads.add(thread)
         try:
-            # without the lock: a signal handler may stop the threads meanwhile, which need the lock for that
+            # without holding the lock: a signal handler may stop the threads, which need the lock to exit
             thread.start()
-        except RuntimeError as error:  # the system has no more threads; a busy thread will wait afterwards
+        except RuntimeError as error:  # the system allows no more threads; a busy one will wait when it is done
             with self._lock:
                 self._remove_thread(thread)
             raise RuntimeError(
@@ -160,7 +160,7 @@ class DeliveryThreads:
                 if is_last_waiting:
                     self._keep_one_waiting()
             except RuntimeError as error:
-                # Since Python 3.12, a program whose main thread has ended starts no more threads: not an error.
+                # Since Python 3.12, no thread can be started after the main thread has ended; this is not an error.
                 if not self._start_failed and threading.main_thread().is_alive():
                     self._start_failed = True
                     self._report(error)

@@ -28,7 +28,7 @@ _MAX_DATAGRAMS_PER_TURN = 256
 _BUFFER_SIZE = 4 << 20
 """Requested size of the receive buffer in bytes; the system may allow less."""
 MAX_SENDERS = 1000
-"""Maximum number of senders whose admission is remembered."""
+"""Maximum number of senders for which the result of the allowlist is remembered."""
 _LENGTH_SIZE = 4
 
 
