@@ -119,7 +119,7 @@ _EXPORTS = {
 
 
 def __getattr__(name: str) -> Any:
-    """Load and return a public name when it is first used, so that small commands do not load what they do not use."""
+    """Load a public name on first use and return it, so that small commands load only what they need."""
     from pyros1.ground.lazy import load  # noqa: PLC0415 - most imports never get here
 
     return load(__name__, _EXPORTS, name)

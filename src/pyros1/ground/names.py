@@ -118,7 +118,7 @@ class Arguments:
         remappings: ``a:=b`` as ``{"a": "b"}``; the names are not resolved.
         parameters: ``_p:=v`` as ``{"p": "v"}``; the values are strings.
         special: ``__name:=x`` as ``{"__name": "x"}``.
-        rest: all other arguments, in order, which are the program's own (those that rospy's ``myargv`` returns).
+        rest: the program's own arguments: all others, in order, like the result of rospy's ``myargv``.
         malformed: arguments that look like a remapping but have more than one ``:=``.
     """
 

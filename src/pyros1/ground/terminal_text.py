@@ -1,9 +1,9 @@
 """Makes text from elsewhere safe to print in a terminal.
 
-A name, an error message or a message from another process can contain escape sequences, which move the cursor, change
-the window's title or hide text; line breaks, which forge lines of output; and characters that reverse the direction of
-writing. Text from elsewhere must pass through one of these functions before it is displayed. They escape each such
-character as in a Python string: ``\\x1b``.
+A name, an error or a message from another process can contain escape sequences, which move the cursor, change the
+window's title or hide text; line breaks, which fake lines of output; and characters that reverse the text direction.
+Text from elsewhere must pass through one of these functions before it is displayed. They escape each such character as
+in a Python string: ``\\x1b``.
 """
 
 from __future__ import annotations
@@ -51,9 +51,9 @@ def coloured_lines(text: str) -> str:
 
 
 class UntrustedText(str):
-    """A string from elsewhere that keeps its value for programs, such as a name to look up or a value in JSON, but is
-    escaped as by `one_line` when it is printed or formatted. ``join`` and ``+`` use the raw value: join ``map(str,
-    names)`` instead.
+    """A string from elsewhere. Code can use its value, for example to look up a name or write JSON, but it is escaped
+    as by `one_line` when it is printed or formatted. ``join`` and ``+`` use the raw value: join ``map(str, names)``
+    instead.
     """
 
     __slots__ = ()

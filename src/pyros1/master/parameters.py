@@ -191,8 +191,7 @@ def param_updates(subscribers: Members, key: str, value: Any, caller: str | None
         subscribers: key -> node -> API URI.
         key: the key that was set or deleted.
         value: the new value; ``{}`` for a deletion.
-        caller: the node that set the value, which is not notified of it. None for a deletion, of which all
-            subscribers are notified.
+        caller: the node that set the value; it is not notified. None for a deletion: all subscribers are notified.
     """
     if not subscribers:
         return []

@@ -29,7 +29,7 @@ _MASTER_NAME: Final = "/master"
 _CONNECT_TIMEOUT_S: Final = 1.0
 _MAX_PROBES: Final = 100
 _Query = tuple[str, frozenset[str]]
-"""A method, and topics of which its result must contain at least one; without topics, any result is accepted."""
+"""A method, and topics: its result must contain at least one of them; without topics, any result is accepted."""
 
 
 def stale_reason(journal: JournalContents, now: float, is_any_reachable: Callable[[Iterable[str]], bool]) -> str:

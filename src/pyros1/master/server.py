@@ -52,7 +52,7 @@ class Master:
         allowlist: decides which peers may connect; None admits all.
         warn: called on the master's thread with a message for the user when a node cannot be reached.
         on_restored: called on the master's thread when all nodes of the previous master have been checked, with the
-            number of the nodes that are still running and the names of those that are gone.
+            number of nodes still running and the names of nodes that are gone.
     """
 
     def __init__(

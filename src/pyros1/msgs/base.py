@@ -12,8 +12,8 @@ are first used, so that creating a class is cheap and unused functions cost noth
   they are ignored;
 * ``cls._read(buffer, start, end)``: a message from the beginning of ``buffer[start:end]`` and the offset after it;
 * ``cls._decode_arrays(buffer, start, end, view, exact=False)``, ``cls._read_arrays(...)``: the same, but numeric arrays
-  are created by ``view(buffer, position, count, struct_code)``, see ``array_views.py``; so are arrays of messages of
-  fixed size, by ``view(buffer, position, count, message_class)``, unless that returns None;
+  are created by ``view(buffer, position, count, struct_code)``, see ``array_views.py``, and arrays of messages of fixed
+  size by ``view(buffer, position, count, message_class)``, unless that returns None;
 * ``cls._copy(msg)``: a copy equal to the encoded and decoded message, made without encoding it.
 """
 

@@ -1,9 +1,9 @@
 """Generates the decoders of message classes.
 
-A decoder does not determine the cause of a failure: it catches all errors that wrong bytes can cause, and ``check.py``
-then goes through the bytes to find the position and the reason, which is slow. Before that, ``repair.py`` repairs what
-stock accepts, such as a string that is not UTF-8, and decoding is tried again. The decoder itself only checks what
-limits memory and time (the number of elements against the remaining bytes), and that the message ends where it should.
+A decoder does not determine the cause of a failure: it only catches all errors that wrong bytes can cause. Then
+``repair.py`` repairs faults that stock accepts, such as a string that is not UTF-8, and decoding is tried again. If
+that fails, ``check.py`` goes through the bytes to find the position and the reason, which is slow. The decoder itself
+only checks the number of elements against the remaining bytes, which limits memory and time, and where messages end.
 Reading beyond ``end`` in a larger buffer is harmless, since the final position is wrong then. Bytes after the message
 are ignored, as in stock ROS, unless ``exact`` is true.
 

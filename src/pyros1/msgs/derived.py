@@ -58,8 +58,8 @@ def encode_frame(message: Any) -> bytes:
 
 
 def make_copy(cls: Any) -> Callable[[Any], Any]:
-    """Return a function that copies a message: it decodes, with the class made from the definition, what the message's
-    ``serialize`` method writes.
+    """Return a function that copies a message: it calls the message's ``serialize`` method, and decodes the result with
+    the class made from the definition.
     """
     base = message_class(cls)
 

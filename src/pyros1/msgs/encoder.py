@@ -1,7 +1,7 @@
 """Generates the encoders of message classes: one function call from a message to its frame or body.
 
-An encoder does not determine the cause of a failure: it catches all errors that wrong values can cause, and
-``check.py`` then goes through the message to find the wrong field, which is slow.
+An encoder does not determine the cause of a failure: it only catches all errors that wrong values can cause. Then
+``check.py`` goes through the message to find the wrong field, which is slow.
 """
 
 from __future__ import annotations
@@ -199,7 +199,7 @@ def _make_part(cls: type[Message], fields: Fields) -> Callable[[Any], bytes]:
 
 
 def _part_expressions(encoder: Encoder) -> list[str]:
-    """Return the expressions for the collected parts, each of which evaluates to bytes."""
+    """Return the expressions for the collected parts; each evaluates to bytes."""
     return [
         part if isinstance(part, str) else f"{encoder.pack(''.join(part.codes))}({', '.join(part.expressions)})"
         for part in encoder.parts

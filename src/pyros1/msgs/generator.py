@@ -1,7 +1,7 @@
 """Builds the Python source of message classes' constructors and codecs: the code that their generators share.
 
-Every name in the source, except for attributes and builtins, is created by `Scope.unique_name`: it ends in a number
-that no other name of the function has, and no builtin or keyword looks like that. Names from a definition, which the
+Every name in the source, except for attributes and builtins, is created by `Scope.unique_name`. It ends in a number
+that no other name in the function has, and no builtin or keyword has this form. Names from a definition, which the
 parser has checked (``[A-Za-z][A-Za-z0-9_]*``), only occur after a dot.
 
 Adjacent values of fixed size share one ``struct.Struct``, even across nested messages, which are inlined up to a limit.

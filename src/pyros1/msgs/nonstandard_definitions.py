@@ -42,8 +42,9 @@ def find_class(
     3. the text, parsed leniently and completed with installed nested types,
     4. the other texts for that type.
 
-    If none has that md5 sum, the unchanged text is used if it is valid, since some publishers send ``*`` or a sum of
-    their own; but if ``*`` is sent with only the beginning of the installed definition, the installed type is used.
+    If none has that md5 sum, the unchanged text is used if it is valid, since some publishers send ``*`` or their own
+    kind of sum. But if the sum is ``*`` and the text is only the beginning of the installed definition, the installed
+    type is used.
 
     Args:
         type_name: full type name.
@@ -120,8 +121,8 @@ def _is_prefix(cls: type[Message], other: type[Message]) -> bool:
 def _interpretations(type_name: str, full_text: str) -> Iterator[type[Message]]:
     """Yield candidate classes for a definition with nonstandard separators, ``MSG:`` lines, whitespace or line endings.
 
-    The first candidate takes only the nested types that the text lacks from installed packages. The second takes all
-    nested types from installed packages if possible, since the text may be truncated.
+    The first candidate uses installed packages only for nested types that the text lacks. The second uses them for all
+    nested types that are installed, since the text may be truncated.
     """
     if len(full_text) > MAX_TEXT_LENGTH:
         return

@@ -100,9 +100,9 @@ def restore_end(cls: type[Message], data: bytes) -> tuple[bytes, int, list[int]]
         data: the encoded message.
 
     Returns:
-        A tuple: the message, in which the length of the string or array is corrected and following arrays of fixed
-            length are filled with zeros; the number of missing bytes, 0 if something else is wrong; and the lengths
-            that the last byte arrays of fixed length had.
+        A tuple: the message, with the length of the string or array corrected and the arrays of fixed length after it
+            filled with zeros; the number of missing bytes, 0 if something else is wrong; and the actual lengths of the
+            last byte arrays of fixed length.
     """
     walker = _TruncationWalker(memoryview(data))
     try:

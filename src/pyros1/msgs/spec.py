@@ -1,7 +1,7 @@
 """Parses .msg, .srv and .action definitions (https://wiki.ros.org/msg, https://wiki.ros.org/srv).
 
-The grammar is line based. ``#`` starts a comment, except in the value of a string constant; a line with ``=`` is a
-constant, any other line is ``type name``; type and name are separated by spaces, not by tabs. Does no I/O.
+The grammar is line based. ``#`` starts a comment, except in the value of a string constant. A line with ``=`` is a
+constant; any other line is ``type name``, separated by spaces, not tabs. Does no I/O.
 """
 
 from __future__ import annotations

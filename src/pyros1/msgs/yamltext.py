@@ -4,9 +4,9 @@ Programs parse the output of ``rostopic echo``, so quoting and the folding of lo
 Messages need only two forms: a single string, always in double quotes, and a block sequence of strings, each plain if
 YAML 1.1 would read it back as a string, otherwise quoted. https://yaml.org/spec/1.1/
 
-PyYAML, with which the tests compare all output, is not used: its emitter is five to eight times slower for short
-strings, such as each field in `echo`, and keeps several copies of a long string in memory, while this emitter yields
-the string in pieces. Its fast variant, libyaml, folds at different positions.
+PyYAML is not used here, although the tests compare all output with it: its emitter is five to eight times slower for
+short strings, such as each field in `echo`, and keeps several copies of a long string in memory, while this emitter
+yields the string in pieces. Its fast variant, libyaml, folds at different positions.
 """
 
 from __future__ import annotations

@@ -133,9 +133,9 @@ class Loop:
         name: the thread's name.
         on_error: called on the loop with each exception that a callback raises; the loop continues. None to write
             the traceback to stderr.
-        spin_time: seconds after an event during which the loop polls for the next one instead of sleeping, if the
-            previous one followed soon, too. Useful for a server whose clients send the next request right after a
-            response, if waking up takes longer than the work.
+        spin_time: seconds after an event during which the loop polls for the next one instead of sleeping, if events
+            have been following each other quickly. Useful for a server whose clients send the next request right after
+            a response, if waking up takes longer than the work.
     """
 
     def __init__(

@@ -20,8 +20,8 @@ _CREDENTIALS: Final = struct.Struct("3i")  # struct ucred: process, user, group
 
 @cache
 def host_key() -> str:
-    """Return the common key of programs that can share memory: those of the same user in the same network namespace
-    since the last boot of the machine. It is an empty string if the system does not support this.
+    """Return the key of all programs that can share memory: programs of one user in one network namespace, since the
+    last boot of the machine. It is an empty string if the system does not support this.
     """
     required = ((os, "memfd_create"), (os, "geteuid"), (socket, "SO_PEERCRED"), (socket, "send_fds"))
     if not all(hasattr(module, name) for module, name in required):

@@ -1,8 +1,8 @@
 """A strand: runs jobs one at a time, in the order in which they were added, without making any thread wait.
 
 A thread that adds a job to a free strand runs the job. If the strand is busy, the thread leaves the job in its queue
-and continues; the thread that is running the strand's jobs, the *worker*, runs that job as well before it stops. So all
-links of a topic see one order, whichever thread publishes. A signal handler may add jobs at any moment, even if it has
+and continues. The *worker*, which is the thread that is running jobs, also runs that job before it stops. So all links
+of a topic see one order, whichever thread publishes. A signal handler may add jobs at any moment, even if it has
 interrupted the worker: the handler's jobs are run when the interrupted function continues.
 
 Nothing can hang: no thread waits for a strand, and jobs do not wait, so each strand becomes free again. No job is

@@ -4,7 +4,7 @@ The notations for angles are ``deg(90)``, ``rad(pi/2)``, ``!degrees 90`` and ``!
 (https://wiki.ros.org/rosparam#YAML_Format). A text cannot create any other Python objects: the only values are None,
 bool, int, float, str, bytes, date, datetime, list, dict and set.
 
-This adds to PyYAML: angles; limits, since a text of a few hundred bytes can represent billions of values or keep PyYAML
+This adds to PyYAML: angles; limits, since a few hundred bytes of text can represent billions of values or keep PyYAML
 busy for minutes; errors with file and line; and a shortcut for single words and numbers, since importing PyYAML takes
 longer than most commands.
 """
@@ -85,9 +85,9 @@ def load_yaml(text: str, where: str | None = None) -> Any:
         None, bool, int, float, str, bytes (``!!binary``), date, datetime, list, dict or set.
 
     Raises:
-        YamlError: the text is not valid YAML, has more than one document or an unknown tag, is nested too deeply, or
-            describes a value that contains itself; or its aliases represent too many values. (Such values share memory,
-            but would take forever to traverse.)
+        YamlError: the text is not valid YAML, has more than one document or an unknown tag, is nested too deeply,
+            describes a value that contains itself, or has aliases that represent too many values. (Such values share
+            memory, but would take forever to traverse.)
     """
     value = parse_simple_value(text.strip(" "))
     if value is not None:

@@ -3,9 +3,9 @@
 A FrameBuffer owns the memory that a link receives into. The caller gets memory from `writable()`, receives into it,
 reports with `received()` how much arrived, and gets the positions of the complete frames in `data`. Frames larger than
 the buffer make it grow, but only as bytes actually arrive, so a length claimed by a peer costs no memory. The buffer
-shrinks again when no large frames have arrived for a while, and immediately after a frame of more than 16 MiB, so
-that the buffer and the copy of such a frame exist together only while it is being copied. Nothing is received together
-with the end of a large frame, so that the next frame can be received elsewhere.
+shrinks again when no large frames have arrived for a while. After a frame of more than 16 MiB it shrinks immediately,
+so that the buffer and the copy of the frame are both in memory only during copying. A receive never goes beyond the
+end of a large frame, so that the next frame can be received elsewhere.
 """
 
 from __future__ import annotations
@@ -131,9 +131,7 @@ class FrameBuffer:
         return frames
 
     def take(self, frames: list[tuple[int, int]]) -> bytes:
-        """Return a copy of all bytes up to the end of the last of the given frames, of which there must be at least
-        one.
-        """
+        """Return a copy of all bytes up to the end of the last given frame; there must be at least one frame."""
         data = bytes(self.view[: frames[-1][1]])
         self._shrink_after(frames)
         return data

@@ -4,8 +4,8 @@ A frame is *waiting* (it can still be dropped) or *partial* (partly sent, so it 
 partial. The limit only applies to waiting frames.
 
 A signal handler that raises can interrupt any of these methods at any point. So the number of bytes sent is stored in
-`sent_bytes` before these bytes are removed, and each step of the removal is a sequence of instructions without calls,
-during which no handler can run: `discard_sent` can be called again, and continues where it was interrupted.
+`sent_bytes` before these bytes are removed. Each step of the removal is a sequence of instructions without calls,
+during which no handler can run, so `discard_sent` can be called again and continues where it was interrupted.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ def frame_size(frame: Frame) -> int:
 
 
 def _remainder(frame: Frame, sent: int) -> list[Buffer]:
-    """Return the rest of a frame of which ``sent`` bytes have been sent, as views."""
+    """Return a frame without its first ``sent`` bytes, as views."""
     remainder: list[Buffer] = []
     for part in [frame] if isinstance(frame, bytes) else frame:
         view = memoryview(part) if isinstance(part, bytes) else memoryview(part).cast("B")
@@ -78,7 +78,7 @@ class OutQueue:
             self.dropped += 1
 
     def push_partial(self, frame: Frame, sent: int) -> None:
-        """Add a frame of which ``sent`` bytes have already been sent. The queue must be empty."""
+        """Add a frame whose first ``sent`` bytes have already been sent. The queue must be empty."""
         self._partial = _copy_mutable(_remainder(frame, sent))
 
     def buffers(self, max_buffers: int = 256) -> list[Buffer]:

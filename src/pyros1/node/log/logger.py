@@ -222,7 +222,7 @@ def _format(text: object, args: tuple[object, ...]) -> str:
 def format_traceback(error: BaseException) -> str:
     """Return an exception's traceback as a string."""
     try:
-        from traceback import format_exception  # noqa: PLC0415 - importing it takes as long as importing much of a node
+        from traceback import format_exception  # noqa: PLC0415 - slow to import
 
         return "".join(format_exception(type(error), error, error.__traceback__)).rstrip()
     except Exception:  # noqa: BLE001 - the import fails if there are too many open files

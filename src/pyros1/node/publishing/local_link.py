@@ -152,7 +152,7 @@ class LocalLink:
             on_closed(self)
 
     def finish(self, deadline: float) -> None:
-        """Close the link after the messages published so far, none of which are queued on this side."""
+        """Close the link after the messages published so far; this side has no queue that must be sent."""
         self._strand.do(self.close)
 
 

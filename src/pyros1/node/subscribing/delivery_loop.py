@@ -14,8 +14,8 @@ already, that owner checks the queues before it stops. A driver provides the thr
 * While messages flow on a subscription's only link, the owner waits for the next one in `TcpSource.receive` instead of
   the poller. This saves a system call, but delays other work of this loop by up to RECEIVE_TIMEOUT seconds.
 * While the queue of a subscriber that has one (`Stream`) is full, nothing is received, so all publishers are held back.
-* If all subscribers request it (`in_publisher`), a message from a publisher in this process is delivered in the
-  publisher's thread, which becomes the owner meanwhile, unless there is an owner or earlier messages are waiting.
+* If all subscribers request it (`in_publisher`), the thread of a publisher in this process becomes the owner and
+  delivers its message itself, unless there is an owner already or earlier messages are waiting.
 """
 
 from __future__ import annotations
@@ -187,7 +187,7 @@ class DeliveryLoop:
         time.
         """
         if not self.driver.cooperative or self._jobs or not self._owner_lock.acquire(blocking=False):
-            time.sleep(0)  # let the owner deliver them, in case it only waits for the interpreter's lock
+            time.sleep(0)  # let the owner deliver them, in case it is only waiting for the GIL
             return
         self._owner_thread_id = threading.get_ident()
         try:

@@ -168,7 +168,7 @@ class Dispatcher:
     def _keep_latched(self, source: Source, item: Item) -> tuple[Subscriber[Any], ...]:
         """Keep a latched message for later subscribers; return the subscribers that receive it now."""
         with self._lock:
-            if source.connected:  # not a message that waited for callbacks or `spin` when its publisher left
+            if source.connected:  # if not, the message was still waiting when its publisher left
                 self._latched[source] = item
             return self._active
 
@@ -292,7 +292,7 @@ class SpinQueue:
 
 
 class SpinQueues:
-    """Receives the messages in place of the dispatcher, in a node that spins: the messages wait here for `spin`.
+    """In a node that spins, receives the messages in place of the dispatcher; they wait here for `spin`.
 
     Args:
         dispatcher: runs the callbacks.

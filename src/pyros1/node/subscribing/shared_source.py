@@ -149,7 +149,7 @@ class SharedSource(TcpSource):
         control_socket.setblocking(False)
         self._blocks: dict[int, mmap.mmap] = {}
         self._in_use: set[int] = set()
-        self._unsent_releases: deque[bytes] = deque()  # references for which the control socket had no room
+        self._unsent_releases: deque[bytes] = deque()  # not sent yet, since the control socket was full
         self._pid = os.getpid()
 
     def close(self) -> None:
