@@ -315,7 +315,7 @@ def test_answers_of_another_form_are_errors_that_name_the_method(lesser: Any) ->
     for method, values in WRONG.items():
         for value in values:
             wrong[:] = [value]
-            with pytest.raises(MasterMethodError, match=rf"cannot serve {method}|cannot serve get"):
+            with pytest.raises(MasterMethodError, match=rf"cannot execute {method}|cannot execute get"):
                 calls[method]()
     client.close()
 

@@ -11,7 +11,7 @@ from pyros1.ground.timing import TVal
 from pyros1.msgs.base import Buffer
 
 LARGE_STRING_SIZE = 1 << 20
-"""Size in bytes from which strings are decoded without copying their bytes, which is slower for short strings."""
+"""Minimum size in bytes of strings that are decoded without copying their bytes; for short ones, this is slower."""
 
 _MAX_CACHED_LENGTH = 256
 _U32 = struct.Struct("<I")

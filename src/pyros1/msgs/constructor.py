@@ -10,7 +10,7 @@ from pyros1.msgs.generator import Fields, FunctionBuilder, field_groups, fields_
 from pyros1.msgs.spec import STRUCT_CODES
 
 _MIN_NAMES_FOR_SET = 50
-"""Number of field names from which a set is used to look them up; with fewer, a list is as fast."""
+"""Minimum number of field names for which a set is used to look them up; with fewer, a list is as fast."""
 
 
 def make_init(cls: type[Message]) -> Callable[..., None]:

@@ -2,7 +2,7 @@
 
 A copy is equal to the message that a receiver would decode: numbers are checked against the ranges of their types and
 rounded to float32, and sequences become tuples. Immutable values are shared: strings, and the bytes of uint8 arrays,
-even large ones. Wrong values are rejected as by the encoder.
+even large ones. Wrong values are rejected, as in the encoder.
 """
 
 from __future__ import annotations

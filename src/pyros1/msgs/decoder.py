@@ -52,8 +52,8 @@ class Decoder(FunctionBuilder):
         is_top_level: whether ``cls`` is the class of the top-level message, not of a nested one.
 
     Attributes:
-        position: name of the variable that holds the current position. Each step stores the next position in the other
-            one of two variables, so that the bytes between the two can be sliced out.
+        position: name of the variable that holds the current position. There are two such variables: each step stores
+            the next position in the other one, so that the bytes between them can be sliced out.
         begin: name of the variable that held the position at first.
         has_moved: whether the position has changed since then.
         created: in a loop, names of the objects to create in each iteration and of their classes; otherwise None.

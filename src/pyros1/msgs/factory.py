@@ -13,14 +13,14 @@ from pyros1.msgs.digest import Digests
 from pyros1.msgs.spec import STRUCT_CODES, Field, MessageSpec, ServiceSpec
 
 MAX_WEIGHT = 1 << 28
-"""Maximum approximate memory of a type's default value in bytes, since arrays of fixed length could need any amount."""
+"""Maximum approximate memory of a type's default value in bytes, since arrays of fixed length may be huge."""
 
 MAX_EMPTY_ELEMENTS = 16
-"""Maximum number of elements of an array whose elements have no content, since the received bytes do not limit it."""
+"""Maximum number of elements of an array of empty messages: they take no bytes, so the data received set no limit."""
 
 MAX_EMPTY_MESSAGES = 32
-"""Maximum number of messages, including nested ones, in a field without content, since each received byte could create
-that many.
+"""Maximum number of messages, including nested ones, in a field that is encoded in 0 bytes: otherwise, a few bytes
+could create any number of messages.
 """
 
 MESSAGE_WEIGHT = 64

@@ -1,4 +1,4 @@
-"""Hints for when a node cannot be reached at the address that it advertises (https://wiki.ros.org/ROS/NetworkSetup).
+"""Hints for users if a node cannot be reached at its advertised address (https://wiki.ros.org/ROS/NetworkSetup).
 
 This module only chooses the texts: it neither looks up hosts nor calls nodes.
 """

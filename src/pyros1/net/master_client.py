@@ -184,7 +184,7 @@ class MasterClient:
             return error
 
     def _method_error(self, method: str, reason: object) -> MasterMethodError:
-        return MasterMethodError(f"the master at {self.uri} cannot serve {method}: {reason}")
+        return MasterMethodError(f"the master at {self.uri} cannot execute {method}: {reason}")
 
     def _describe_master(self, method: str) -> str:
         return f"the master at {self.uri}, called with {method},"

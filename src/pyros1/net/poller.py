@@ -74,7 +74,7 @@ class Poller:
             self._wake_sender.send(b"\0")
 
     def close(self) -> None:
-        """Release the descriptors. No thread may be waiting at that time, nor wait later."""
+        """Release the descriptors. No thread may be in `wait`, or call it later."""
         self._backend.close()
         self._wake_receiver.close()
         self._wake_sender.close()

@@ -250,7 +250,7 @@ def _next(items: Iterable[Any], *default: Any) -> Any:
     for item in items:
         return item
     if not default:
-        raise ValueError("next() of nothing")
+        raise ValueError("next() of an empty sequence")
     return default[0]
 
 

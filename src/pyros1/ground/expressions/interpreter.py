@@ -260,7 +260,7 @@ class Interpreter:
         if isinstance(node.value, ast.Name) and node.value.id == "math":  # the module itself is not a value
             if node.attr not in MATH_NAMES:
                 raise ExpressionError(
-                    f"math.{node.attr} is not available in expressions; available are: {', '.join(MATH_NAMES)}"
+                    f"math.{node.attr} is not available in expressions; use one of: {', '.join(MATH_NAMES)}"
                 )
             return MATH_NAMES[node.attr]
         return self.attribute(self.evaluate_node(node.value, names), node.attr)

@@ -280,7 +280,7 @@ class SharedLink(TcpLink):
         if self._strand.free:
             self._strand.do(self._resume)
         else:
-            time.sleep(POLL_DELAY)  # the thread that runs the strand's jobs sends
+            time.sleep(POLL_DELAY)  # the thread that is running the strand's jobs will send
 
     def _fail(self) -> None:
         if not self._closed:

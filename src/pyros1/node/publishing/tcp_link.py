@@ -342,7 +342,7 @@ class TcpLink:
         if self._strand.free:
             self._strand.do(self._flush_if_open)
         else:
-            time.sleep(POLL_DELAY)  # the thread that runs the strand's jobs sends
+            time.sleep(POLL_DELAY)  # the thread that is running the strand's jobs will send
 
     def _flush_if_open(self) -> None:
         if not self._closed:
