@@ -49,7 +49,7 @@ class Master(Protocol):
 
 
 class SystemState(NamedTuple):
-    """The names of the nodes that publish or subscribe to each topic or provide each service, as registered."""
+    """The names of the nodes registered as publishers, subscribers or service providers, by topic or service."""
 
     publishers: dict[str, list[str]]
     subscribers: dict[str, list[str]]

@@ -1,7 +1,7 @@
 """The parameter tree of the master (https://wiki.ros.org/Parameter%20Server), without any communication.
 
 Keys are global names; ``/`` is the entire tree. Only dicts are branches: items of a list have no keys (M50). The tree
-takes over the values passed to it; values returned by it must not be modified.
+owns the values passed to it; values returned by it must not be modified.
 
 Trees are requested far more often than they change, so each branch that was sent caches its XML-RPC encoding until
 something in it changes.

@@ -116,7 +116,7 @@ class SpinWait:
         blocking socket.
 
         Raises:
-            OSError: raised by ``receive``, except for the lack of data while polling.
+            OSError: raised by ``receive``; a lack of data while polling is not an error.
         """
         start = now = perf_counter()
         if (

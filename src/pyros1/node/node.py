@@ -70,8 +70,8 @@ class Node(TopicMethods, ServiceMethods, TimeMethods):
         wait_for_master: maximum number of seconds to wait for a master that does not respond; None for no limit.
         wall_time: whether to ignore /use_sim_time.
         ports: the port of the slave API (XML-RPC), and the port of topics and services (TCPROS); 0 for any.
-        strict_names: whether to refuse names that break the naming rules, and to log parameters that were left by an
-            earlier run and messages that are published after the node has shut down.
+        strict_names: whether to refuse names that break the naming rules, and to log private parameters left by an
+            earlier run and messages published after the shutdown.
         local_room: maximum bytes of messages queued for a slow subscriber in the same process beyond the publisher's
             ``queue_size``; between processes, the sockets buffer about 1 MB.
 

@@ -93,7 +93,7 @@ class BlockPool:
 
     @property
     def is_own(self) -> bool:
-        """Whether this process created the pool. A forked process must not: both would write to the same blocks."""
+        """Whether this process created the pool. A forked process must not use it: both would write to its blocks."""
         return os.getpid() == self._pid
 
     def place(self, frame: Frame, in_use: Set[int]) -> Placement | None:

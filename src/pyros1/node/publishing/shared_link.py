@@ -161,7 +161,7 @@ class SharedLink(TcpLink):
         """Send a reference to a large message. Called in the strand.
 
         Returns:
-            False if this was not possible, so that the message itself must be sent; True if nothing more is to be sent.
+            False if the message itself must be sent instead, since the reference could not be sent.
         """
         if self._closed:
             return True

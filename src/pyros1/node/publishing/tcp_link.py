@@ -278,7 +278,7 @@ class TcpLink:
                 self._loop.modify(self._sock, selectors.EVENT_READ, self._on_event)
         if mask & selectors.EVENT_READ and not self._closed:
             try:
-                is_gone = not self._sock.recv(4096)  # subscribers send nothing; this only detects the end
+                is_gone = not self._sock.recv(4096)  # subscribers send nothing: only the end can arrive
             except BlockingIOError:
                 is_gone = False
             except OSError:

@@ -67,7 +67,7 @@ class Notifier:
         self._thread.start()
 
     def close(self, timeout: float = 0.0) -> None:
-        """Make no more calls; wait at most ``timeout`` seconds for a running call, unless that call has called this."""
+        """Make no more calls; wait at most ``timeout`` seconds for a running call, unless that call is the caller."""
         self._closed = True
         self._jobs.clear()
         thread = self._thread
