@@ -78,7 +78,10 @@ def test_nodelets_of_a_launch_are_nodes(
             "load no_such_package/Thing manager __name:=x",
             "no package no_such_package for the nodelet no_such_package/Th",
         ),
-        ("standalone topic_tools/Thing", "no node here does what the nodelet topic_tools/Thing does: run a node with"),
+        (
+            "standalone topic_tools/Thing",
+            "pyros1 has no node that replaces the nodelet topic_tools/Thing: run a node with",
+        ),
         ("standalone rectify", "'rectify' is not the class of a nodelet"),
         ("load topic_tools/relay", "ERROR: nodelet: too few arguments: load pkg/Type manager is expected"),
         ("", "ERROR: nodelet: the first argument must be manager, load, standalone or unload, but there is none"),

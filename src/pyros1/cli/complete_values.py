@@ -96,7 +96,7 @@ def _topic_type(line: CommandLine) -> list[str]:
 
 
 def _frames(_: CommandLine) -> list[str]:
-    """Return the frames received within `_LISTEN_SECONDS`: static ones and those that are published frequently."""
+    """Return the frames received within `_LISTEN_SECONDS`: static frames and frequently published ones."""
     from time import sleep  # noqa: PLC0415
 
     with _connect_to_master() as master:

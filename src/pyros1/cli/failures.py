@@ -59,7 +59,7 @@ def flush_stdout() -> None:
 
 
 def ignore_closed_pipe() -> int:
-    """Suppress the error at exit that stdout's pipe was closed by its reader. Return exit code 0."""
+    """Prevent an error at exit because the reader closed stdout's pipe. Return exit code 0."""
     output.discard_output()
     return 0
 

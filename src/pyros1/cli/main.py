@@ -1,8 +1,8 @@
-"""The ``pyros1`` program: everything else is loaded after Ctrl-C has been made to end the process quietly."""
+"""The ``pyros1`` program. Before it loads anything else, it makes Ctrl-C end the process quietly."""
 
 from __future__ import annotations
 
-import _signal  # type: ignore[import-not-found]  # the part of `signal` that is loaded in any case
+import _signal  # type: ignore[import-not-found]  # the part of `signal` that Python always loads
 import sys
 
 

@@ -1,4 +1,4 @@
-"""The program ``nodelet``: ``nodelet load`` and ``nodelet standalone`` run the node that does what a nodelet does."""
+"""The program ``nodelet``: ``nodelet load`` and ``nodelet standalone`` run a node that replaces the nodelet."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ from pyros1.finding.packages import PackageIndex
 from pyros1.ground import names
 
 USAGE = """\
-Usage: nodelet manager                      - Run a manager, which loads nothing: nodelets are nodes here
-       nodelet load pkg/Type manager        - Run the node that does what the nodelet does
+Usage: nodelet manager                      - Run a manager; it loads nothing, since nodes replace nodelets
+       nodelet load pkg/Type manager        - Run the node that replaces the nodelet
        nodelet standalone pkg/Type          - The same
-       nodelet unload name manager          - Shut down such a node
+       nodelet unload name manager          - Shut down the node
 """
 
 
@@ -24,7 +24,7 @@ def main(argv: list[str]) -> int:
         argv: the command line, with the program's name.
     """
     rest = names.parse_arguments(argv[1:]).rest
-    # roslaunch adds arguments at the end, so those of nodelet come first.
+    # roslaunch adds arguments at the end, so nodelet's own arguments come first.
     remaps = [arg for arg in argv[1:] if arg not in rest]
     words = [arg for arg in rest if arg != "--no-bond"]
     try:

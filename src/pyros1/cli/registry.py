@@ -195,7 +195,7 @@ def describe_verbs(module: str) -> dict[str, tuple[Any, ...]]:
 
 
 def modules(command: str = "") -> list[str]:
-    """Return the names of all commands' modules, or of those of one command's verbs, relative to `COMMANDS_PACKAGE`."""
+    """Return the module names of all commands, or of one command's verbs, relative to `COMMANDS_PACKAGE`."""
     try:
         names = os.listdir(os.path.join(_COMMANDS_FOLDER, command))
     except OSError:  # not a folder: the command is a module, or this code is in an archive

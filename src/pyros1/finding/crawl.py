@@ -96,7 +96,7 @@ def all_packages(environ: Mapping[str, str], *, roots: list[tuple[str, int]] | N
 def find_cached(environ: Mapping[str, str], name: str) -> FoundPackage | None:
     """Return a package from the records of an earlier crawl, without checking all other packages.
 
-    Folders that contain packages are checked, and so is the package itself.
+    Only the package itself and the folders outside of packages are checked for changes.
 
     Args:
         environ: environment variables, which determine where to search and where the cache is.
@@ -205,7 +205,7 @@ class Crawl:
                 yield from self.packages(f"{folder.rstrip('/')}/{subfolder}", depth - 1, (*ancestors, folder_id))
 
     def trusted_records(self) -> dict[str, Record]:
-        """Return the records on which a later crawl can rely: those of folders that have not just changed."""
+        """Return the records that a later crawl can trust: the records of folders that have not just changed."""
         newest_trusted = self._now - _MIN_TRUSTED_AGE
         return {
             folder: record for folder, record in self._new_records.items() if max(record[0], record[3]) < newest_trusted

@@ -26,9 +26,9 @@ class MessageFinder:
         environ: environment variables, which are read when the first definition is needed.
 
     Attributes:
-        uses_stock_names: whether the ``__module__`` of classes is that of stock's generator, ``std_msgs.msg._String``.
-            It is set in programs written for stock: some of them read the package's name from ``__module__``, and stock
-            can read their pickles.
+        uses_stock_names: whether classes have the ``__module__`` that stock's generator sets: ``std_msgs.msg._String``.
+            True in programs written for stock ROS: some of them read the package's name from ``__module__``, and stock
+            ROS can read their pickles.
     """
 
     def __init__(self, environ: Mapping[str, str]) -> None:

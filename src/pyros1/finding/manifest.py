@@ -72,7 +72,7 @@ def read_manifest(path: Path, name: str = "") -> Manifest:
 
     Args:
         path: path of package.xml, manifest.xml or stack.xml.
-        name: the package's name if the file does not contain it; if this is empty, too, the folder's name is used.
+        name: the name to use if the file contains none; empty to use the folder's name.
 
     Raises:
         ManifestError: the file cannot be read, or is not a manifest.

@@ -14,13 +14,13 @@ OPERANDS: Mapping[str, tuple[str, ...]] = {
     "standalone": ("pkg/Type",),
     "unload": ("name", "manager"),
 }
-"""The commands of the program ``nodelet``, and what each needs after it."""
+"""The commands of the program ``nodelet``, and the arguments that each requires."""
 _OTHER_NAMES = {
     "RobotLocalization/EkfNodelet": ("robot_localization", "ekf_localization_node"),
     "RobotLocalization/UkfNodelet": ("robot_localization", "ukf_localization_node"),
     "RobotLocalization/NavSatTransformNodelet": ("robot_localization", "navsat_transform_node"),
 }
-"""Classes whose packages or programs are named otherwise: class -> package and program."""
+"""Classes whose package or program has an unrelated name: class -> (package, program)."""
 _KIND = re.compile(r"(?:nodelet|node|\.py)*\Z")
 
 
@@ -32,12 +32,12 @@ def package_of(class_name: str) -> str:
 
 
 def is_throttle(class_name: str) -> bool:
-    """Return whether a class is made of nodelet_topic_tools' NodeletThrottle, by its name: ``NodeletThrottleImage``."""
+    """Return whether a class, by its name (``NodeletThrottleImage``), uses NodeletThrottle from nodelet_topic_tools."""
     return re.split("/|::", class_name)[-1].startswith("NodeletThrottle")
 
 
 def find_program(class_name: str, programs: Iterable[str]) -> str:
-    """Return the program that does what a nodelet does; empty if there is none.
+    """Return the program that replaces a nodelet; empty if there is none.
 
     It is the one with the same name, apart from upper case, underscores, and ``nodelet`` or ``node`` at the end:
     ``depthimage_to_laserscan`` for ``depthimage_to_laserscan/DepthImageToLaserScanNodelet``.
@@ -55,18 +55,18 @@ def find_program(class_name: str, programs: Iterable[str]) -> str:
 
 
 class NodeletError(Error):
-    """There is no program for a nodelet."""
+    """No program replaces a nodelet, or the arguments of ``nodelet`` are invalid."""
 
 
 def locate_nodelet(class_name: str, executables: Callable[[str], Iterable[str]]) -> tuple[str, str]:
-    """Return the package and the program that does what a nodelet does.
+    """Return the program that replaces a nodelet, with its package.
 
     Args:
         class_name: the nodelet's class.
         executables: returns the names of a package's programs, or raises PackageNotFoundError.
 
     Raises:
-        NodeletError: there is none.
+        NodeletError: there is no such program.
     """
     shown, package = one_line(class_name, 100), package_of(class_name)
     if not package:
@@ -77,7 +77,7 @@ def locate_nodelet(class_name: str, executables: Callable[[str], Iterable[str]])
     except PackageNotFoundError:
         raise NodeletError(f"no package {one_line(package, 100)} for the nodelet {shown}: {hint}") from None
     if not program:
-        raise NodeletError(f"no node here does what the nodelet {shown} does: {hint}")
+        raise NodeletError(f"pyros1 has no node that replaces the nodelet {shown}: {hint}")
     return package, program
 
 
@@ -85,7 +85,7 @@ def check_arguments(words: Sequence[str]) -> None:
     """Check the arguments of the program ``nodelet``, without remappings and ``--no-bond``.
 
     Raises:
-        NodeletError: they are too few, or the first is no command.
+        NodeletError: there are too few arguments, or the first is not a command.
     """
     verb = words[0] if words else ""
     operands = OPERANDS.get(verb)

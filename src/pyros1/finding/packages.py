@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 OWN_PACKAGES = os.path.join(os.path.dirname(os.path.dirname(os.path.realpath(__file__))), "packages")
 """Folder of the ROS packages that come with pyros1."""
 
-# Compiled when needed, which is never the case in most nodes.
+# Compiled when first needed; most nodes never need it.
 _COMMENT_PATTERN = "(?s)<!--.*?-->"
 _NAME_TAG_PATTERN = r"<name\s*>\s*([^<\s]+)\s*</name\s*>"
 _MAX_MANIFEST_SIZE = 1 << 20

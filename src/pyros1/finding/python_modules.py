@@ -18,8 +18,8 @@ SYSTEM_FOLDERS = ("/usr/lib/", "/usr/share/")
 
 
 def modules_environment(environ: Mapping[str, str]) -> dict[str, str]:
-    """Return environment variables with which Python programs find our modules or, in an interpreter without pyros1,
-    report where pyros1 is installed.
+    """Return environment variables that let Python programs find our modules. In an interpreter without pyros1, they
+    make programs report where pyros1 is installed.
 
     Args:
         environ: environment variables; with ``PYROS1_ROSPY=stock``, nothing is changed.

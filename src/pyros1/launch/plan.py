@@ -40,7 +40,7 @@ class NodePlan:
         prefix: words to put before the executable.
         cwd: ``ros_home`` or ``node`` (the executable's folder).
         output: ``log`` or ``screen``.
-        exit_policy: whether, when the node exits, it is started again or the whole launch is shut down.
+        exit_policy: whether to restart the node, or to shut down the launch, when the node exits.
         machine: name of a declared machine; None for this machine.
         file: path of the launch file that defines the node.
         line: the line in that file; 0 if unknown.

@@ -7,8 +7,8 @@
     process.stop()
     launch.stop()
 
-A launch runs in a separate thread; only that thread starts and stops processes. Names and arguments are those of
-roslaunch's API.
+A launch runs in a separate thread; only that thread starts and stops processes. Names and arguments are the same
+as in roslaunch's API.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ class ROSLaunchParent:
         run_id: the run id of the running master, or a new run id; see `get_or_generate_uuid`.
         roslaunch_files: paths, or tuples of a path and a list of ``name:=value`` arguments.
         is_core: whether to run a core; if so, it is an error if a master is already running.
-        port: port for a master that is started here.
+        port: port for a master started by this launch.
         local_only: whether to skip nodes on other machines.
         process_listeners: called when processes exit.
         verbose: whether to print everything that was read.
@@ -63,8 +63,8 @@ class ROSLaunchParent:
         is_rostest: accepted for compatibility, without effect. ``pyros1 test`` runs tests.
         roslaunch_strs: contents of launch files.
         num_workers: accepted for compatibility, without effect.
-        timeout: maximum number of seconds that a master started here waits for a node to respond.
-        master_logger_level: minimum level in the log of a master started here.
+        timeout: maximum number of seconds that a master started by this launch waits for a node to respond.
+        master_logger_level: minimum level in the log of a master started by this launch.
         show_summary: whether to print the SUMMARY block.
         force_required: whether to make every node required.
         sigint_timeout: seconds between SIGINT and SIGTERM when stopping nodes.

@@ -218,7 +218,7 @@ def test_programs_in_python_that_cannot_run_are_named_with_their_nodes(tmp_path:
         ("manager", ""),
         ("load --no-bond robot/Run manager", ""),
         ("standalone robot/RunAway", ""),
-        ("standalone robot/Swim", "no node here does what the nodelet robot/Swim does: "),
+        ("standalone robot/Swim", "pyros1 has no node that replaces the nodelet robot/Swim: "),
         ("load camera/NodeletThrottleImage manager", ""),
         ("load camera/Driver manager", "no package camera for the nodelet camera/Driver: "),
         ("load", "too few arguments: load pkg/Type manager is expected"),

@@ -59,7 +59,7 @@ def test_a_killed_core_is_continued_under_its_run_id(made: list[CoreJournal], tm
     core.report(1, ["/rosout"])
     core.report(2, [f"/n{number}" for number in range(30)])
     assert said.lines[1] == "resumed with 1 node from the previous master"
-    assert said.lines[2].startswith("resumed with 2 nodes from the previous master; gone meanwhile: /n0, /n1")
+    assert said.lines[2].startswith("resumed with 2 nodes from the previous master; no longer running: /n0, /n1")
     assert said.lines[2].endswith("/n19 ...")
 
 

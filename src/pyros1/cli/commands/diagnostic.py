@@ -34,7 +34,7 @@ _MESSAGE_TYPE = "diagnostic_msgs/DiagnosticArray"
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:
-    """Print the diagnostics whose level is at least that of ``--level``: once, or with ``--follow`` as they arrive."""
+    """Print the diagnostics of at least the level ``--level``: once, or as they arrive with ``--follow``."""
     try:
         pattern = re.compile(options.filter)
     except re.error as error:
@@ -128,7 +128,7 @@ COMMAND = Command(
 def _choose_topic(invocation: Invocation, requested: str) -> tuple[str, int]:
     """Return the topic to read, and the number of nodes whose messages together describe the robot's state.
 
-    If no topic is requested and nothing aggregates diagnostics, as on many robots, the nodes' own topic is read.
+    Without a requested topic and an aggregator, as on many robots, the topic is the one on which nodes publish.
     """
     topic = invocation.resolve(requested or _AGGREGATED_TOPIC)
     raw_topic = invocation.resolve(_RAW_TOPIC)

@@ -112,7 +112,7 @@ class GraphSnapshot:
         edges: the connections that nodes report.
         missing_edges: the connections that the registrations imply, but that at least one of their nodes does not
             report.
-        unknown_edges: the connections that the registrations imply, but one of whose nodes did not respond.
+        unknown_edges: the connections that the registrations imply, but whose publisher or subscriber did not respond.
         unreachable_nodes: the names of the nodes that did not respond.
     """
 

@@ -96,7 +96,7 @@ def distribution(environ: Mapping[str, str]) -> str:
 def _parse(invocation: Invocation, verb: Verb) -> tuple[Any, list[str]]:
     parser = make_parser(invocation, verb)
     parser.description = "Print the version of a package, the name of the ROS distribution" + (
-        ", or both for everything." if invocation.as_stock else ", or pyros1's own version."
+        ", or all packages with their versions." if invocation.as_stock else ", or pyros1's own version."
     )
     add_options_and_arguments(parser, invocation, _SKIP_NEWLINE)
     add_options_and_arguments(

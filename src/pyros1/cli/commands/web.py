@@ -42,7 +42,7 @@ _SINGLE_NAME_PANELS = {
     "launches": ("node", "node"),
     "turtles": ("node", "node"),
 }
-"""Panels that accept one name: the panel's setting for the name, and what the name stands for."""
+"""For each panel that accepts one name: the panel's setting for the name, and what the name refers to."""
 _IMAGE_TOPIC = "image"
 """The topic that image_view displays unless it is remapped."""
 

@@ -17,7 +17,7 @@ _NARGS = {(False, False): None, (False, True): "?", (True, False): "+", (True, T
 
 
 class _Parser(ArgumentParser):
-    """Suggests the option that was perhaps meant, like `pyros1.cli.help.Parser`."""
+    """Suggests the option that the user probably meant, like `pyros1.cli.help.Parser`."""
 
     def parse_args(self, args: Any = None, namespace: Any = None) -> Any:
         """Return the parsed arguments, or exit with an error."""

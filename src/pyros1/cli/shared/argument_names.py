@@ -7,7 +7,7 @@ from pyros1.msgs.base import nested_classes
 
 
 def argument_names(message_class: type[Message], prefix: str = "") -> list[str]:
-    """Return the names of all fields of a message class, those of nested messages as paths such as ``header.stamp``."""
+    """Return the names of all fields of a message class, with paths such as ``header.stamp`` for nested messages."""
     names: list[str] = []
     for name, slot_type in zip(message_class.__slots__, message_class._slot_types, strict=True):
         nested_class = nested_classes(message_class).get(slot_type)

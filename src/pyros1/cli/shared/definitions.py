@@ -18,7 +18,7 @@ JSON_LIST_FLAG = Flag("--json", help="print a JSON list", pyros1_only=True)
 
 
 class DefinitionKind:
-    """A kind of definition: messages or services. The attributes are what differs between ``msg`` and ``srv``.
+    """A kind of definition: messages or services. The attributes are the differences between ``msg`` and ``srv``.
 
     Attributes:
         extension: the extension of definition files, ``msg`` or ``srv``.

@@ -67,7 +67,7 @@ _PLOT_OPTIONS: Mapping[str, OptionMapping] = {
     "-e": OptionMapping("--empty"), "--empty": OptionMapping("--empty"),
 }  # fmt: skip
 _RXPLOT_NOTES = {
-    ("-b", "--buffer"): "the page keeps at least the period that it shows (-p); its CSV button saves it",
+    ("-b", "--buffer"): "the page keeps at least the data that it shows (see -p); its CSV button saves them",
     ("-r", "--refresh"): "the page redraws whenever the browser does; this option has no effect",
     ("-m", "--marker"): "the page draws curves as lines, without markers",
     ("-t", "--title"): "a plot on the page has no title; its Layouts button saves it under a name",
@@ -94,7 +94,7 @@ class GuiProgram(NamedTuple):
     """A GUI program of stock ROS.
 
     Attributes:
-        args: the arguments with which ``pyros1 web`` opens the program's panel.
+        args: the arguments that make ``pyros1 web`` open the program's panel.
         options: the program's options that ``pyros1 web`` lacks or interprets differently.
     """
 
@@ -125,7 +125,7 @@ GUI_PROGRAMS: Mapping[str, GuiProgram] = {
     "rxgraph": GuiProgram(("graph",), {"-o": OptionMapping("--output", takes_value=True)}),
     "rxplot": GuiProgram(("plot",), _RXPLOT_OPTIONS),
 }
-"""Stock's GUI programs by name. ``pyros1 setup`` provides all of them, and packages those in `PROGRAMS_BY_PACKAGE`."""
+"""Stock's GUI programs by name. ``pyros1 setup`` provides all; packages provide those in `PROGRAMS_BY_PACKAGE`."""
 
 PANEL_PARTS: Mapping[str, tuple[str, str]] = {
     "reconfigure": ("params", "reconfigure"),

@@ -101,6 +101,6 @@ def _write_pid(path: Path) -> None:
 
 
 def print_exception(error: Error) -> None:
-    """Print the reason why nothing was launched in stock's format, which scripts search for."""
+    """Print why nothing was launched, in the format of stock ROS, since scripts search for it."""
     red, reset = ("\033[31m", "\033[0m") if sys.stderr.isatty() else ("", "")
     print(f"{red}RLException: {error}{reset}", file=sys.stderr)

@@ -1,7 +1,8 @@
 """Starts Python nodes by forking processes that have already imported pyros1: ``pyros1 launch --preload``.
 
-A node can be forked if the first line of its script names this launcher's interpreter, and no other program runs the
-script, such as a launch-prefix.
+A node can be forked if the first line of its script names this launcher's interpreter, and the script is not run
+through another program, such as a launch-prefix.
+
 Nodes share a server if their environments have the same values of all variables that an interpreter, or the modules
 imported by the server, read at startup (`SHARED_VARIABLE_PREFIXES`). A server is started together with its first node.
 Its code is in `server`.

@@ -23,8 +23,8 @@ class CommandLineError(LaunchError):
 def parse_arguments(argv: list[str]) -> dict[str, str]:
     """Return the ``name:=value`` arguments of a command line (X03).
 
-    Names without a value are ignored, and so are names that start with ``_``, which are a node's parameters, and
-    arguments with a second ``:=``, which are reported on stderr.
+    Names without a value and names that start with ``_``, which are a node's parameters, are ignored. Arguments with a
+    second ``:=`` are reported on stderr.
     """
     arguments: dict[str, str] = {}
     for word in argv:

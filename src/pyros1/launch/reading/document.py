@@ -62,7 +62,7 @@ class _TreeBuilder:
         self._num_entities = 0
         self.parser = DefusedXMLParser(forbid_dtd=False, forbid_entities=False, forbid_external=True)
         expat = self.parser.parser
-        # The facade's own handlers build an element tree without line numbers; only its security checks are used here.
+        # This parser's own handlers build an element tree without line numbers; only its security checks are used.
         expat.DefaultHandlerExpand = None
         expat.CommentHandler = None
         expat.ProcessingInstructionHandler = None

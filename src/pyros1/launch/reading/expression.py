@@ -1,6 +1,6 @@
 """Evaluates ``$(eval ...)``: a small, safe subset of Python's expressions (X71, https://wiki.ros.org/roslaunch/XML).
 
-`pyros1.ground.expressions` defines the language; all its functions, and those of ``math``, need no prefix.
+`pyros1.ground.expressions` defines the language; its functions and those of ``math`` need no prefix.
 """
 
 from __future__ import annotations

@@ -16,9 +16,9 @@ _STOCK_TOOLS = frozenset(["rosnode", "rospack", "rosparam", "rosrun", "rosservic
 
 
 def own_words(words: list[str]) -> list[str]:
-    """Return the command line with which to run a command: ``words`` itself, or that of a program of pyros1 instead.
+    """Return the words to run for a command: ``words`` itself, or the command line of a pyros1 program instead.
 
-    ``rosrun xacro xacro`` and ``$(find xacro)/xacro`` are the same. A tool such as ``rosrun`` or ``rosversion`` that is
+    ``rosrun xacro xacro`` is treated like ``$(find xacro)/xacro``. A tool such as ``rosrun`` or ``rosversion`` that is
     not installed as a command is run by ``pyros1``.
     """
     if len(words) > 2 and words[:2] == ["rosrun", "xacro"]:
@@ -40,10 +40,10 @@ def _is_xacro_own() -> bool:
 
 
 def own_environment(words: list[str], environ: Mapping[str, str]) -> dict[str, str] | None:
-    """Return the environment of a command that runs programs of pyros1, or None if it does not.
+    """Return the environment for a command that runs pyros1's own programs; None for any other command.
 
-    Robots have wrappers: ``env_run SETTINGS $(find xacro)/xacro ...`` sets variables, then runs the rest. The first
-    line of pyros1's programs names ``python3``, so the first in ``PATH`` must be this one.
+    A command can be a wrapper: ``env_run SETTINGS $(find xacro)/xacro ...`` sets variables, then runs xacro. The first
+    line of pyros1's programs names ``python3``, so this interpreter must be the first ``python3`` on the ``PATH``.
     """
     if not words or (words[0] != sys.executable and not any(word.startswith(OWN_PACKAGES) for word in words)):
         return None

@@ -94,7 +94,7 @@ def node_arg_words(node: NodePlan, words: list[str], environ: Mapping[str, str])
         words: the node's command line, without ``__log``.
         environ: this process's environment; only variables that differ from it are included.
     """
-    env = dict(environ)  # so that these variables come first, in their order
+    env = dict(environ)  # these variables come first, in their order
     env.pop("ROS_NAMESPACE", None)
     if not environ.get("ROS_MASTER_URI"):
         env["ROS_MASTER_URI"] = f"{DEFAULT_MASTER_URI}/"

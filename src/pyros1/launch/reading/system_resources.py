@@ -1,4 +1,4 @@
-"""Provides the `Resources` with which `load_plan` accesses the real files, packages, environment and commands."""
+"""Provides `Resources` that give `load_plan` access to the real files, packages, environment and commands."""
 
 from __future__ import annotations
 

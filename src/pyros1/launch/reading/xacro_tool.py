@@ -23,7 +23,7 @@ _OPTIONS_WITH_VALUE = ("-o", "--verbosity", "--root-dir")
 
 
 def xacro_words(words: list[str]) -> list[str]:
-    """Return the command line with which to run a command: ``words`` itself, or this module's if it runs xacro instead.
+    """Return the words to run for a command: ``words`` itself, or the command line of this module if it replaces xacro.
 
     This module runs ``$(find xacro)/xacro`` if that is in pyros1's own package, and a plain ``xacro`` if this
     interpreter has the module xacro, or if no such program is installed.

@@ -32,10 +32,10 @@ class Agent:
         self._lock = threading.Lock()
         self._lines: queue.Queue[bytes] = queue.Queue()
         self._find = make_finder()
-        self._usage_namespace: dict[str, Any] = {"__name__": "usage"}  # of the launcher's module ``usage``
+        self._usage_namespace: dict[str, Any] = {"__name__": "usage"}  # for the code of the launcher's module ``usage``
 
     def send(self, **message: Any) -> None:
-        """Send a message to the launcher. Errors are ignored: the nodes are stopped when its heartbeats are missing."""
+        """Send a message to the launcher. Errors are ignored: when its heartbeats stop, the nodes are stopped."""
         with self._lock, contextlib.suppress(OSError, ValueError):
             sys.stdout.write(json.dumps(message) + "\n")
             sys.stdout.flush()

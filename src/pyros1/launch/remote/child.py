@@ -44,7 +44,7 @@ class Parent:
     A thread reports events to the parent, in order. If the parent does not respond, reporting stops.
 
     Args:
-        name: name with which the child registers at the parent.
+        name: name under which the child registers with the parent.
         uri: the parent's URI.
 
     Raises:
@@ -58,7 +58,7 @@ class Parent:
         self._thread = threading.Thread(target=self._report_events, name="roslaunch parent", daemon=True)
 
     def register(self, uri: str) -> None:
-        """Register the child's URI at the parent.
+        """Register the child's URI with the parent.
 
         Raises:
             Error: the parent cannot be reached, or refuses the child.
@@ -133,7 +133,7 @@ class Child:
     """Runs the parent's nodes until the launch is shut down or the parent is gone.
 
     Args:
-        name: name with which the child registers at the parent.
+        name: name under which the child registers with the parent.
         parent_uri: the parent's URI.
         run_id: name of the log folder.
         options: timeouts for stopping nodes, and the destination of their output.

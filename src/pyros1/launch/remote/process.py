@@ -34,7 +34,7 @@ class RemoteProcess(Process):
         self._on_started: Callable[[Process], object] = lambda process: None
         self._pid = 0
         self._is_running = False
-        self._has_given_up = False  # whether the confirmation of the start was not received in time
+        self._has_given_up = False  # whether the start was not confirmed in time
 
     @property
     def pid(self) -> int:

@@ -89,18 +89,17 @@ def python_node_errors(plan: Plan, packages: PackageFinder, environ: Mapping[str
 
 
 def check_nodelet(node: NodePlan, executable: Path, packages: PackageFinder) -> None:
-    """Check that pyros1's program ``nodelet``, if a node runs it, has usable arguments, and a program for the nodelet
-    to load.
+    """If a node runs pyros1's program ``nodelet``, check its arguments, and that a program replaces the nodelet.
 
     Raises:
-        LaunchError: it has not.
+        LaunchError: the arguments are invalid, or there is no such program.
     """
     if node.package != "nodelet" or not is_own(executable):
         return
     words = [word for word in parse_arguments(node.args).rest if word != "--no-bond"]
     try:
         check_arguments(words)
-        if words[0] in ("load", "standalone") and not is_throttle(words[1]):  # `nodelet` does their work itself
+        if words[0] in ("load", "standalone") and not is_throttle(words[1]):  # `nodelet` does the throttling itself
             locate_nodelet(words[1], packages.executables)
     except NodeletError as error:
         raise LaunchError(str(error)) from error

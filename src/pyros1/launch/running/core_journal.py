@@ -71,7 +71,7 @@ class CoreJournal:
         return value if isinstance(value, str) else None
 
     def report(self, num_reachable: int, unreachable: list[str]) -> None:
-        """Print how many nodes of the previous core are running, and which are not. Called in the master's thread.
+        """Print how many nodes of the previous core still run, and which do not. Called in the master's thread.
 
         Args:
             num_reachable: number of running nodes.
@@ -83,7 +83,7 @@ class CoreJournal:
             return  # there were only parameters
         text = f"resumed with {num_reachable} {'node' if num_reachable == 1 else 'nodes'} from the previous master"
         if unreachable:
-            text += f"; gone meanwhile: {', '.join(unreachable[:20])}{' ...' if len(unreachable) > 20 else ''}"
+            text += f"; no longer running: {', '.join(unreachable[:20])}{' ...' if len(unreachable) > 20 else ''}"
         self._console.line(text)
 
     def release(self) -> None:

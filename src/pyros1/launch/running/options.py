@@ -11,7 +11,7 @@ class Options:
 
     Attributes:
         core: whether to run only a core; if so, it is an error if a master is already running.
-        port: port for a master that is started here; None for the port in ROS_MASTER_URI.
+        port: port for a master started by this launch; None for the port in ROS_MASTER_URI.
         run_id: the run id, which must equal the master's run id; None to use the master's, or a new one.
         screen: whether to send all output to the screen (True) or to log files (False); None for each node's setting.
         required: whether to make every node required.
@@ -21,10 +21,10 @@ class Options:
         sigint_timeout: seconds between SIGINT and SIGTERM.
         sigterm_timeout: seconds between SIGTERM and SIGKILL.
         title: beginning of the terminal's title.
-        notify_timeout: maximum number of seconds that a master started here waits for a node to respond; None for the
-            default.
+        notify_timeout: maximum number of seconds that a master started by this launch waits for a node to respond; None
+            for the default.
         prefix: whether to print the node's name before each line of its output on the screen.
-        master_log_level: minimum level in the log of a master started here: debug, info, warn, error or fatal.
+        master_log_level: minimum level in the log of a master started by the launch: debug, info, warn, error or fatal.
         keep_running: whether to continue when no process is left, as a core does.
         preload: whether to start Python nodes by forking a process that has already imported pyros1.
         journal: whether the core has a journal, and restores the state of a core that was killed.

@@ -1,4 +1,4 @@
-"""Implements ``wait-for``: checks whether the topics, services, parameters or nodes exist for which nodes wait."""
+"""Implements ``wait-for``: checks whether the topics, services, parameters and nodes that nodes wait for exist."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ class ConditionWatcher:
         """Add a waiting node.
 
         Args:
-            conditions: the conditions for which the node waits.
+            conditions: the conditions that the node waits for.
             timeout: maximum number of seconds to wait; 0 for no limit.
             on_ready: called when all conditions are met.
             on_timeout: called after the timeout with the unmet conditions, as one string.

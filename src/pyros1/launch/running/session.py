@@ -126,7 +126,7 @@ class Session:
 
     def _master_uri(self) -> str:
         port = self.options.port
-        # A master that is bound to one address cannot be reached through localhost, as in the default URI.
+        # The default URI names localhost, but a master that is bound to one address cannot be reached there.
         if port is None and not self.environ.get("ROS_MASTER_URI") and self._address.bind not in WILDCARD_ADDRESSES:
             port = parse_uri(DEFAULT_MASTER_URI)[1]
         if port is not None:

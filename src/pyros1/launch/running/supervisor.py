@@ -244,8 +244,8 @@ class Supervisor:
     def _run_on_death(self, spec: ProcessSpec, on_death_spec: ProcessSpec) -> bool:
         """Start the on-death process of a process; return whether the on-death process is running.
 
-        If it is still running after an earlier exit, it is not interrupted: for a node that keeps dying, it would never
-        finish. It is restarted when it has exited, or after ON_DEATH_TIMEOUT.
+        If it is still running after an earlier exit, it is not interrupted: otherwise, it would never finish if
+        the node keeps dying. It is restarted when it has exited, or after ON_DEATH_TIMEOUT.
         """
         self._console.line(f"[{spec.label}] on-death: {' '.join(on_death_spec.words)}")
         running_process = self._processes.get(on_death_spec.label)
@@ -289,8 +289,9 @@ class Supervisor:
                 self._mark_dead(process)
 
     def resume(self, processes: Iterable[Process]) -> None:
-        """Start those of the given processes that are due to be restarted, since their machine is connected again. Must
-        be called in the thread of `run`.
+        """Start the given processes that are due to be restarted, since their machine is connected again.
+
+        Must be called in the thread of `run`.
         """
         for process in processes:
             process.is_disconnected = False

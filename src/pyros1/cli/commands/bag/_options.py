@@ -1,4 +1,4 @@
-"""Options shared by verbs of ``bag`` (to select messages, for compression), and the parsing of times."""
+"""Options shared by verbs of ``bag``, for selection and compression, and a parser for times."""
 
 from __future__ import annotations
 

@@ -32,7 +32,7 @@ SUFFIXES_BY_FORMAT = {
     "mcap": ".mcap",
     "ros2": "_ros2",
 }
-"""The formats, and the default suffix of the output's name for each."""
+"""The formats, each with the default suffix of the output's name."""
 
 _FORMATS_BY_EXTENSION = {
     ".csv": "csv",

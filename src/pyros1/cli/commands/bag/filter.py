@@ -25,7 +25,7 @@ from pyros1.observe.expression import ExpressionError
 
 _USAGE = """[options] INBAG OUTBAG [EXPRESSION]
 
-EXPRESSION is a Python expression. Only a safe part of Python is allowed.
+EXPRESSION is a Python expression. Only a safe subset of Python is allowed.
 
 The following variables are available:
  * topic: name of topic

@@ -31,7 +31,7 @@ _SWITCH_INTERVAL = 0.00005
 _COLLECTION_THRESHOLD = 100_000
 """The number of new objects after which the garbage collector runs.
 
-The messages that are read ahead consist of fewer objects. Thus, they do not start a collection, which can take 90 ms.
+The messages read ahead consist of fewer objects, so they do not trigger a collection, which can take 90 ms.
 """
 
 

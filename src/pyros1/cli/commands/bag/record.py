@@ -76,7 +76,7 @@ VERB = Verb(
         "--exclude",
         metavar="EXCLUDE_REGEX",
         default="",
-        help="exclude topics that match the regular expression, from those of -a or -e",
+        help="exclude topics that match the regular expression (subtracts from -a or -e)",
     ),
     Flag("-q", "--quiet", help="suppress console output"),
     Option(
@@ -122,7 +122,7 @@ VERB = Verb(
     Flag("-j", "--bz2", help="use BZ2 compression"),
     Flag("--lz4", help="use LZ4 compression"),
     Flag("--tcpnodelay", help="use the TCP_NODELAY transport hint when subscribing to topics (pyros1 always does)"),
-    Flag("--udp", help="use the UDP transport hint when subscribing to topics; TCP if a publisher has no UDP"),
+    Flag("--udp", help="use the UDP transport hint when subscribing to topics; TCP if a publisher lacks UDP"),
     Flag("--repeat-latched", help="repeat latched messages at the start of each new bag file"),
     Option(
         "-L",

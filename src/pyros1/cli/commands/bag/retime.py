@@ -48,7 +48,7 @@ VERB = Verb(
     "change the times at which messages were recorded",
     CHUNK_LIMIT_OPTION,
     Option("--offset", metavar="SEC", help="add SEC seconds to all times"),
-    Option("--start", metavar="TIME", help="make the bag start at TIME, which is given as for `bag filter --from`"),
+    Option("--start", metavar="TIME", help="make the bag start at TIME, in a form that `bag filter --from` accepts"),
     Option("--rate", type="float", default=1.0, metavar="F", help="divide the time between messages by F"),
     Flag("--header-stamp", help="use header stamps as times, for messages with a header"),
     *compression_options("none"),

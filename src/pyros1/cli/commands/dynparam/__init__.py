@@ -1,4 +1,4 @@
-"""``pyros1 dynparam``: configures nodes, like stock's tool (L200, https://wiki.ros.org/dynamic_reconfigure)."""
+"""``pyros1 dynparam``: configures nodes, like the stock tool (L200, https://wiki.ros.org/dynamic_reconfigure)."""
 
 from __future__ import annotations
 

@@ -74,12 +74,12 @@ def report_failure(invocation: Invocation, reason: str, hint: str = "") -> int:
 
 
 def failure_code(invocation: Invocation) -> int:
-    """Return the exit code for a failure: 0 for the stock tool's name, like stock, but 1 for ``pyros1``."""
+    """Return the exit code for a failure: 1 for ``pyros1``, but 0 under the stock tool's name, as in stock ROS."""
     return 0 if invocation.as_stock else 1
 
 
 class ReconfigureServer:
-    """The server of dynamic_reconfigure in a node, with which the node can be configured.
+    """A node's dynamic_reconfigure server, through which the node is configured.
 
     Args:
         invocation: the command's invocation.

@@ -1,4 +1,4 @@
-"""``pyros1 launch -c NAME -u URI --run_id ID``: runs as the child of stock's launcher elsewhere (L151-L153)."""
+"""``pyros1 launch -c NAME -u URI --run_id ID``: runs as the child of a remote stock launcher (L151-L153)."""
 
 from __future__ import annotations
 

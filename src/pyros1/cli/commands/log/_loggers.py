@@ -1,4 +1,4 @@
-"""Log levels, and calls of the two services with which each node's loggers are read and set."""
+"""Log levels, and calls of the two services that get and set the levels of a node's loggers."""
 
 from __future__ import annotations
 

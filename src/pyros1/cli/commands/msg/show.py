@@ -80,7 +80,7 @@ def make_verbs(kind: DefinitionKind, *examples: tuple[str, str]) -> Sequence[Ver
 
 VERBS = make_verbs(
     MESSAGE_KIND,
-    ("geometry_msgs/PoseStamped", "print the fields of a type, with those of nested types"),
+    ("geometry_msgs/PoseStamped", "print the fields of a type and of its nested types"),
     ("-r Imu", "print the original text with comments; the package may be left out"),
     ("-b run.bag my_robot/State", "print the definition stored in a bag"),
 )

@@ -48,7 +48,7 @@ VERB = Verb(
     "stubs",
     "write type stubs of messages and services for editors and type checkers",
     Argument("package", "package", repeatable=True, optional=True),
-    description="Write stubs (.pyi) for the given packages and for packages whose messages these packages use. "
+    description="Write stubs (.pyi) for the given packages and for the packages whose messages they use. "
     "Without a package, write stubs for all packages. The stubs are written to the installed pyros1, where editors and "
     "type checkers find them. The packages that come with pyros1 already have stubs.",
     examples=[

@@ -60,7 +60,7 @@ def _registrations(state: SystemState, node_name: str, *, include_common: bool) 
 def _tree_lines(
     registrations_by_node: dict[str, dict[str, list[str]]], types: dict[str, str], state: SystemState
 ) -> Iterator[str]:
-    """Yield the lines of the tree, in which each part of a node's name is a branch."""
+    """Yield the lines of a tree that has a branch for each part of a node's name."""
     root: dict[str, Any] = {}
     for name in registrations_by_node:
         branch = root

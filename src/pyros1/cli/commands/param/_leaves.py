@@ -13,7 +13,7 @@ from pyros1.ground.errors import MasterError, MasterUnreachableError, ParameterN
 def set_leaves(invocation: Invocation, name: str, value: Any, message_format: str = "") -> None:
     """Set a parameter, or each leaf of a dictionary as a parameter.
 
-    An empty dictionary is set if there is no namespace of that name. The stock tool ignores empty dictionaries.
+    An empty dictionary is set only if no namespace has that name. The stock tool ignores empty dictionaries.
 
     Args:
         invocation: the command's invocation.
@@ -57,7 +57,7 @@ def _is_namespace(invocation: Invocation, name: str) -> bool:
 
 
 def _check_value(value: Any) -> None:
-    """Raise CommandError if a parameter cannot have a value."""
+    """Raise CommandError if a parameter cannot have this value."""
     if isinstance(value, dict):
         if any(not isinstance(key, str) for key in value):
             raise CommandError(f"YAML dictionaries must have string keys. Invalid dictionary is:\n{value}")

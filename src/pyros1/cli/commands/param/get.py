@@ -62,7 +62,7 @@ def as_json(value: Any) -> Any:
 
 
 def yaml_text(value: Any) -> str:
-    """Return a value as YAML, without the end of the document."""
+    """Return a value as YAML, without the end-of-document marker."""
     from pyros1.values import dump_yaml  # noqa: PLC0415 - not needed for help
 
     text = dump_yaml(value)

@@ -1,4 +1,4 @@
-"""``pyros1 pkg``: finds packages like rospack (L182), works with their files like rosbash (L184), creates packages."""
+"""``pyros1 pkg``: finds packages like rospack (L182), manages files like rosbash (L184) and creates packages."""
 
 from __future__ import annotations
 

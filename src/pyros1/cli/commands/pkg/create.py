@@ -180,7 +180,7 @@ def _warn_about_packages(package: str, dependencies: Sequence[str], folders_by_p
 
 
 def _preference_text(package: str, other_folder: str) -> str:
-    """Return text that says which of two packages with the same name is used: the new one or that in `other_folder`."""
+    """Return text about which of two packages of one name is used: the new one or the one in `other_folder`."""
     current_folder = str(Path.cwd())
     found_folder = _find_from_current_folder(package)
     if found_folder != os.path.join(current_folder, package):
@@ -196,7 +196,7 @@ def _preference_text(package: str, other_folder: str) -> str:
 
 
 def _find_from_current_folder(package: str) -> str | None:
-    """Return the folder of a package that commands find if they run in the current folder; None if they find none."""
+    """Return the folder of the package that commands find when run in the current folder; None if they find none."""
     environ = dict(os.environ)
     add_nearby_packages(environ)
     return next((entry.folder for entry in all_packages(environ) if entry.name == package), None)

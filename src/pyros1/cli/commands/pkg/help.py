@@ -18,7 +18,7 @@ _ADDITIONAL_VERBS = """
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:
-    """Print the list of stock's verbs and, for ``pyros1``, those that stock lacks."""
+    """Print the list of rospack's verbs and, for ``pyros1``, also the verbs that rospack lacks."""
     text = verb_list(COMMAND, invocation.program, as_stock=True)
     if not invocation.as_stock:
         text += _ADDITIONAL_VERBS + VERB.examples_text(invocation.program, as_stock=False)

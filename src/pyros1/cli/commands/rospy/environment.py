@@ -78,7 +78,7 @@ VERBS = [
     Verb(
         "enable",
         "let all programs of this Python environment import rospy, std_msgs.msg, ...",
-        description="Writes a .pth file to the environment's site-packages, with which all programs find rospy and the "
+        description="Writes a .pth file to the environment's site-packages, so that all programs find rospy and the "
         "other ROS modules. Without this file, only programs that pyros1 starts, and programs in a shell after "
         "`source <(pyros1 setup)`, find them. Also writes stubs of all message packages, for type checkers and for "
         "completion in editors. Run this command again after adding message packages.",

@@ -1,4 +1,4 @@
-"""The verbs of ``srv`` (L86-L89): the same as those of ``msg``, but for service types."""
+"""The verbs of ``srv`` (L86-L89): the same as in ``msg``, but for service types."""
 
 from __future__ import annotations
 

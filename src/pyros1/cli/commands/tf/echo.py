@@ -54,7 +54,7 @@ VERB = Verb(
         ("map base_link", "print the pose of base_link in map once per second"),
         ("map base_link 10", "print the pose ten times per second"),
         ("map base_link -l 1 -p 6", "print the pose once, with six digits after the decimal point"),
-        ("map base_link -o -0.5", "print the transform of half a second ago"),
+        ("map base_link -o -0.5", "print the transform from half a second ago"),
         ("map base_link --json", "print one JSON object per line"),
     ],
     aliases=["tf_echo"],

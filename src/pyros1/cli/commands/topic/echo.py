@@ -192,7 +192,7 @@ class MessagePrinter:
         self._decoder = Decoder(type_name or "", prefer_installed=type_name is not None)
         self._skips_invalid_messages = type_name is not None
         self._printed_warnings: set[str] = set()
-        self._out = data_stream()  # messages are already escaped, and --clear works for files as well, like stock's
+        self._out = data_stream()  # messages are already escaped, and --clear also works for files, as in stock ROS
 
     def on_message(self, raw: AnyMsg) -> None:
         """Print a message if it passes the filter. Called in the subscription's thread."""

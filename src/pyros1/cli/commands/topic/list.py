@@ -16,7 +16,7 @@ from pyros1.net.hosts import parse_uri
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:
-    """Print the registered topics or those that a bag contains."""
+    """Print the registered topics, or the topics in a bag."""
     if len(args) > 1:
         raise UsageError("you may only specify one input topic")
     if options.bag:

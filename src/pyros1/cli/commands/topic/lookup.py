@@ -37,7 +37,7 @@ def _print_type(invocation: Invocation, options: Any, args: list[str]) -> None:
 
 
 def _print_topics(invocation: Invocation, options: Any, args: list[str]) -> None:
-    """Print the topics of a type, or those whose name or type is similar to a word."""
+    """Print the topics of a type, or the topics with a name or type similar to a word."""
     if not args and options.like is None:
         raise UsageError("please specify a message type")
     if len(args) > 1:

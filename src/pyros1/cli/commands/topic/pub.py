@@ -322,7 +322,7 @@ class _PublishingSession:
             if not has_waited:
                 has_waited = True
                 self._publisher.wait_for_subscribers(timeout=_SUBSCRIBER_TIMEOUT)
-            # This is stock's message, even if the next message follows immediately.
+            # Stock prints this even if the next message follows immediately.
             print(f"publishing and latching {self._description(message)} for {HOLD_SECONDS} seconds", flush=True)
             self._publisher.publish(message)
             if self._exits_after_one:

@@ -104,7 +104,7 @@ class CheckedFunction:
         self._estimate_cost = functools.partial(CALL_COSTS.get(name, no_cost), *array)
 
     def cost(self, *args: Any, **keywords: Any) -> int:
-        """Return the cost of a call, in addition to that of its arguments and result.
+        """Return the cost of a call itself. The cost of its arguments and result is counted separately.
 
         Raises:
             ExpressionError: the result would be too large, or an argument is not allowed.

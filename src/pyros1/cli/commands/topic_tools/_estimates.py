@@ -92,7 +92,7 @@ def _like_size(a: Any, *args: Any, shape: Any = None, **_: Any) -> float:
 
 
 _MAX_LIKE_ARGUMENTS = 4
-"""Number of arguments after the array in ``zeros_like`` and similar functions, of which one may be the shape."""
+"""Number of arguments after the array in ``zeros_like`` and similar functions; one of them may be the shape."""
 
 
 def _arange_size(start: Any = 0, stop: Any = None, step: Any = 1, *_: Any, **__: Any) -> float:
@@ -193,7 +193,7 @@ RANDOM_RESULT_SIZE_FUNCTIONS: Mapping[str, Callable[..., float]] = {
 
 
 def no_cost(*_: Any, **__: Any) -> float:
-    """Return 0, for functions whose cost is only that of their arguments and result, which is counted separately."""
+    """Return 0, for functions without a cost beyond that of their arguments and result, which is counted separately."""
     return 0
 
 

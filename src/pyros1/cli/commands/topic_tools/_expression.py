@@ -206,7 +206,7 @@ def _without_numpy_scalar(value: Any) -> Any:
 
 
 def names_used(text: str) -> set[str]:
-    """Return the names that an expression uses, except those that its comprehensions and lambdas define.
+    """Return the names that an expression uses, except names defined by its comprehensions and lambdas.
 
     Raises:
         SyntaxError, ValueError: the string is not a Python expression.

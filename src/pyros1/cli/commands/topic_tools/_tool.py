@@ -1,6 +1,6 @@
 """Shared code of the tools: help, usage errors, nodes, arguments and parameters.
 
-Help and usage errors look like those of separate programs, as users of stock's package topic_tools expect.
+Help and usage errors look as if each tool were a separate program, as in stock's package topic_tools.
 """
 
 from __future__ import annotations

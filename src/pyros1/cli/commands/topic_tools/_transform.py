@@ -1,4 +1,4 @@
-"""Shared code of ``transform`` and ``relay_field``, which create messages from others with expressions (L193)."""
+"""Shared code of ``transform`` and ``relay_field``, which compute messages from received ones (L193)."""
 
 from __future__ import annotations
 

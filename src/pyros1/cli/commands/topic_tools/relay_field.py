@@ -24,7 +24,7 @@ from pyros1.values import load_yaml
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:
-    """Publish messages whose fields are values of expressions until the node shuts down."""
+    """Until the node shuts down, publish messages with fields computed by expressions."""
     publish_evaluated(
         invocation,
         "relay_field",
@@ -94,7 +94,7 @@ def _with_expressions(fields: Mapping[str, Any], modules: Mapping[str, Any]) -> 
 
 
 def _is_expression(text: str, modules: Mapping[str, Any]) -> bool:
-    """Return whether a string is a Python expression with known names only, as is m.data, but not base_link."""
+    """Return whether a string is a Python expression that uses only known names: m.data is one, base_link is not."""
     try:
         used_names = names_used(text)
     except (SyntaxError, ValueError):

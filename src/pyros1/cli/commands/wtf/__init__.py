@@ -13,7 +13,7 @@ from pyros1.cli.shared.printing import print_json
 def run(invocation: Invocation, options: Any, args: list[str]) -> int:
     """Print the problems found. Return 1 if there are errors; always 0 if called as the stock tool.
 
-    The arguments are launch files, and arguments for these as ``name:=value``.
+    The arguments are launch files and ``name:=value`` arguments for these files.
     """
     from pyros1.cli.commands.wtf._examine import examine, make_report  # noqa: PLC0415 - not needed for help
     from pyros1.doctor.finding import ERROR  # noqa: PLC0415

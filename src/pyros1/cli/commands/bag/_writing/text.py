@@ -1,4 +1,4 @@
-"""Text formats of ``bag export``: CSV like that of ``topic echo -b -p``, and JSON lines."""
+"""Text formats of ``bag export``: CSV as printed by ``topic echo -b -p``, and JSON lines."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class CsvWriter:
 
     Args:
         target: The folder to create; a file if the name ends with ``.csv``; ``-`` for standard output.
-        topics: The topics to write. A file contains a single topic.
+        topics: The topics to write; if the target is a file, only one.
         options: The parsed options. ``nostr`` and ``noarr`` leave out strings and arrays.
 
     Raises:
