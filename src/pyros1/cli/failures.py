@@ -46,7 +46,7 @@ def report_error(message: str, code: int) -> int:
 
 
 def report_no_master(error: MasterUnreachableError, code: int) -> int:
-    """Print stock's message that the master is unreachable, followed by details and a hint. Return the exit code."""
+    """Print the stock tools' message for an unreachable master, then details and a hint. Return the exit code."""
     return report_error(f"Unable to communicate with master!\n{error}", code)
 
 

@@ -31,7 +31,7 @@ class Invocation:
 
     Args:
         command: the command's name.
-        stock: the stock tool's name, such as ``rostopic``; empty if stock has no such tool.
+        stock: the stock tool's name, such as ``rostopic``; empty if there is no such tool.
         argv: the arguments after the command's name, starting with the verb if the command has verbs.
         with_verb: whether the command has verbs.
         environ: the environment variables; None for those of the process.
@@ -43,7 +43,7 @@ class Invocation:
         verb: the first argument if the command has verbs.
         args: the arguments without the verb and remappings.
         argv: the arguments as given, with the verb and remappings.
-        special: the values of arguments such as ``__name:=x``, by name including ``__``.
+        special: the values of arguments such as ``__name:=x``, by name with the leading ``__``.
         remapping_args: the remappings, including those in ``special``.
         environ: the environment variables.
     """

@@ -52,13 +52,13 @@ SOURCE_ROOT = Path(__file__).parents[3]
 _TABLE_BEGIN = "<!-- made by python -m pyros1.cli.make_index -->\n"
 _TABLE_END = "<!-- end -->\n"
 _FEATURE_ROW = re.compile(r"^\| (?:L\d+)? ?\| [^|]+ \| ([^|]+) \| ([^|]+) \|$", re.MULTILINE)
-"""Matches a table row about a feature of stock. The groups are the verbs that provide it, and their tests."""
+"""Matches a table row about a feature of stock ROS. The groups are the verbs that provide it, and their tests."""
 _TEST_FILE = re.compile(r"`((?:tests|interop)/[^`:]+)(?:::[^`]+)?`")
 
 
 def commands_table(_: str = "") -> str:
     """Return the table of commands for the guide."""
-    lines = ["| `pyros1 ...` | stock ROS 1 | what it does | verbs; those that stock lacks |\n", "|---|---|---|---|\n"]
+    lines = ["| `pyros1 ...` | stock ROS 1 | what it does | verbs; *not in stock ROS* |\n", "|---|---|---|---|\n"]
     for name, entry in registry.commands().items():
         entries = registry.verbs(name)
         programs = [entry.stock, *entry.other_programs, *(verb_entry.program for verb_entry in entries.values())]
@@ -74,7 +74,7 @@ def verbs_table(document_text: str) -> str:
     """Return the table of all verbs, and of commands without verbs, with their stock commands and test files.
 
     Args:
-        document_text: the contents of interop/commands.md. Its rows name verbs in the third column, tests in the last.
+        document_text: the contents of interop/commands.md, with verbs in the third column, and tests in the last one.
     """
     test_files = _test_files(document_text)
     lines = ["| `pyros1 ...` | stock ROS 1 | what it does | tests |\n", "|---|---|---|---|\n"]
@@ -100,7 +100,7 @@ def _command_rows() -> Iterator[tuple[str, str, str]]:
 def _test_files(document_text: str) -> Mapping[str, list[str]]:
     """Return the test files that interop/commands.md names for each verb.
 
-    In rows of that file, a command without a verb stands for all of its verbs that the stock tool has, too.
+    In rows of that file, a command without a verb stands for all of its verbs that exist in the stock tool.
     """
     files_by_verb: dict[str, set[str]] = {}
     for verbs_cell, tests_cell in _FEATURE_ROW.findall(document_text):

@@ -28,7 +28,7 @@ class Option:
     Args:
         names: the names, such as ``-w`` and ``--window``.
         help: the description.
-        pyros1_only: whether stock's tool lacks the option, so that the help of that tool does not show it.
+        pyros1_only: whether the stock tool lacks the option, so that its help does not show it.
         hidden: whether help never shows the option.
         settings: arguments of `optparse.OptionParser.add_option`: dest, action, type, default, metavar ...
     """
@@ -203,7 +203,7 @@ class Command:
         about: a one-line description for ``pyros1 help``.
         group: the command's group, a key of `COMMAND_GROUPS`.
         verb: the action of a command without verbs.
-        stock: the stock tool's name; empty if stock has no such tool.
+        stock: the stock tool's name; empty if there is no such tool.
         other_programs: other stock programs, with the equivalent arguments of this command. Programs for a single verb
             are in the verb's record.
         aliases: other names of the command.

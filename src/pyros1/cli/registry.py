@@ -136,7 +136,7 @@ def command_name(word: str) -> str | None:
     short = word.removeprefix("ros")
     if word in INDEX or (short in INDEX and INDEX[short][3] == word):  # the common case, which is fast
         return word if word in INDEX else short
-    for name, entry in commands().items():  # these names have priority: stock's rosconsole is `log`, not `console`
+    for name, entry in commands().items():  # these names have priority: rosconsole is `log`, not `console`
         if word == entry.stock or word in entry.aliases:
             return name
     for name in commands():

@@ -12,8 +12,8 @@ from pyros1.finding.new_package import NewPackage
 _HEAD = """cmake_minimum_required(VERSION 3.0.2)
 project({name})
 
-# To build: catkin_make, in the folder above src. In a shell with a Python environment (venv, conda) catkin does not
-# find its own modules; then use: catkin_make -DPYTHON_EXECUTABLE=/usr/bin/python3
+# To build: catkin_make, in the folder above src. If a Python environment (venv, conda) is active, catkin does not find
+# its own modules; in that case, use: catkin_make -DPYTHON_EXECUTABLE=/usr/bin/python3
 """
 
 _DEFINITIONS = """# Messages, services and actions: the files in the folders msg, srv and action.

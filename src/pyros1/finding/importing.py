@@ -26,7 +26,7 @@ class MessageFinder:
         environ: environment variables, which are read when the first definition is needed.
 
     Attributes:
-        uses_stock_names: whether classes have the ``__module__`` that stock's generator sets: ``std_msgs.msg._String``.
+        uses_stock_names: whether classes have the ``__module__`` set by the stock generator: ``std_msgs.msg._String``.
             True in programs written for stock ROS: some of them read the package's name from ``__module__``, and stock
             ROS can read their pickles.
     """

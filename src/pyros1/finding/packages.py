@@ -5,8 +5,8 @@ this order: the folders of ``ROS_PACKAGE_PATH`` with everything below them, the 
 ``CMAKE_PREFIX_PATH``, stock installations on the machine, the Python packages of this interpreter that declare a ROS
 package (with a ``package.xml`` in their folder, or by installing ``share/NAME/package.xml``), and the packages that
 come with pyros1. If there are several packages with the same name below one of these folders, the one that is directly
-in it, in a subfolder of that name, is used, or else the first one in the order of folder names. (Stock uses the order
-of the file system.) Nothing is read before it is needed, and the index caches its results, so one index should be used
+in it, in a subfolder of that name, is used, or else the first one in the order of folder names. (Stock ROS uses the
+file system's order.) Nothing is read before it is needed, and the index caches its results, so one index should be used
 for all searches.
 
 Every node searches for the packages of its messages when it starts. So a package in its usual location is found without

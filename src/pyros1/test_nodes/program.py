@@ -22,7 +22,7 @@ NODES = {
     "advertisetest": ("AdvertiseTest", advertise.advertise_tests),
     "subscribetest": ("SubscribeTest", advertise.subscribe_tests),
 }
-"""For each node, by name: its class name in stock's results, and a function that returns its test cases."""
+"""For each node, by name: its class name in the results of stock ROS, and a function that returns its test cases."""
 
 
 def main(argv: list[str]) -> int:

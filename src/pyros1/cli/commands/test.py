@@ -113,7 +113,7 @@ def _execute(test_run: TestRun, results_path: Path, uses_text: bool) -> int:
         print("WARNING: overall test result is not accurate when --text is enabled")
     else:
         print()
-        # The summary is coloured in files and pipes as well, like stock's.
+        # As in stock ROS, the summary is coloured even in files and pipes.
         print(terminal_text.coloured_lines(summary(test_run.runs, test_run.results)), file=data_stream())
     print(f"rostest log file is in {log_path}")
     if test_run.stopped or test_run.runs.errors or test_run.runs.failures:

@@ -1,4 +1,4 @@
-"""Translates the command lines of stock's GUI programs to ``pyros1 web``. This module has no side effects.
+"""Translates the command lines of the GUI programs of stock ROS to ``pyros1 web``. This module has no side effects.
 
 Options that only affect how a window looks or loads have no meaning for a page and are ignored. For other options
 without an equivalent, a note is printed.
@@ -125,7 +125,7 @@ GUI_PROGRAMS: Mapping[str, GuiProgram] = {
     "rxgraph": GuiProgram(("graph",), {"-o": OptionMapping("--output", takes_value=True)}),
     "rxplot": GuiProgram(("plot",), _RXPLOT_OPTIONS),
 }
-"""Stock's GUI programs by name. ``pyros1 setup`` provides all; packages provide those in `PROGRAMS_BY_PACKAGE`."""
+"""GUI programs of stock ROS by name. ``pyros1 setup`` provides all; packages provide those in `PROGRAMS_BY_PACKAGE`."""
 
 PANEL_PARTS: Mapping[str, tuple[str, str]] = {
     "reconfigure": ("params", "reconfigure"),

@@ -77,7 +77,7 @@ def plan_errors(plan: Plan, packages: PackageFinder, environ: Mapping[str, str])
 def python_node_errors(plan: Plan, packages: PackageFinder, environ: Mapping[str, str]) -> Iterator[LaunchError]:
     """Yield an error for each syntax error and each missing import in the Python nodes that run on this machine.
 
-    Stock does not have this check. The programs are not executed.
+    Stock ROS has no such check. The programs are not executed.
     """
     nodes: dict[Path, NodePlan] = {}
     for node in [*plan.nodes, *plan.tests]:

@@ -174,7 +174,7 @@ class Launch:
         try:
             info = self._call("process_info", label)
         except (XmlRpcFault, MasterError, ProtocolError):
-            return {}  # stock has no information about dead processes, and raises a fault for the master
+            return {}  # stock ROS has no information about dead processes, and raises a fault for the master
         return info if isinstance(info, dict) else {}
 
     def request(self, verb: str, node: str) -> None:

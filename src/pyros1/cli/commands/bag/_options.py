@@ -55,7 +55,7 @@ def make_selection(options: Any, bag: BagReader) -> MessageSelection:
 
     Args:
         options: The parsed options.
-        bag: The bag to whose start or end relative times refer.
+        bag: The bag whose start or end relative times refer to.
 
     Raises:
         CommandError: A time cannot be parsed, or the start is later than the end.
@@ -100,7 +100,7 @@ def parse_time(text: str, bag: BagReader | None, option_name: str) -> int:
     Args:
         text: Seconds from the start of the bag, or from its end if negative; ``@`` and seconds since 1970; or a
             local date and time such as ``2026-11-20T20:10:31``.
-        bag: The bag to whose start or end a relative time refers; None to return a relative time unchanged.
+        bag: The bag whose start or end a relative time refers to; None to return a relative time unchanged.
         option_name: The name of the option, for error messages.
 
     Raises:

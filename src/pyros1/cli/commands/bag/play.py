@@ -176,7 +176,7 @@ def _play(node: Node, bags: BagSet, options: Any, control: Control) -> int:
 
     for reader in bags.readers:
         status_line.print_message(f"Opening {reader.path}")
-        node.log.note(f"Opening {reader.path}")  # the only message that stock logs before playing
+        node.log.note(f"Opening {reader.path}")  # the only message that rosbag logs before playing
     player = Player(node, bags, _make_settings(options), control, None if options.quiet else show_status)
     for topic, reason in player.unplayable.items():
         node.log.warn("%s is not played: %s", one_line(topic), one_line(reason))

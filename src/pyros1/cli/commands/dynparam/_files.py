@@ -10,11 +10,11 @@ from pyros1.reconfigure.values import ParameterError
 from pyros1.values import YamlError, dump_yaml, load_all_yaml
 
 _TAG = "!!python/object/new:dynamic_reconfigure.encoding.Config"
-"""The tag that stock writes before each mapping in a file. It names a class of the package dynamic_reconfigure."""
+"""The tag that dynparam writes before each mapping in a file. It names a class of the package dynamic_reconfigure."""
 
 
 def file_text(values: dict[str, Any]) -> str:
-    """Return a configuration in the stock tool's file format, so that pyros1 and stock can load each other's files."""
+    """Return a configuration in the stock tool's file format, so that each can load the other's files."""
     lines = dump_yaml(_wrap(values)).splitlines()
     for number, line in enumerate(lines[:-1]):
         next_line = lines[number + 1].strip()

@@ -113,7 +113,7 @@ class ReconfigureServer:
             return wait_function(None)
 
     def _receive_latched_message(self, topic: str, type_name: str, description: str) -> Any:
-        """Return the latched message on one of the topics of the node to configure."""
+        """Return the latched message on a topic of the node to configure."""
         full_name = f"{self.name}/{topic}"
         return self._wait_for(lambda seconds: self._node.wait_for_message(full_name, type_name, seconds), description)
 

@@ -18,7 +18,7 @@ LEVELS = ("debug", "info", "warn", "error", "fatal")
 
 
 def get_loggers(invocation: Invocation, node: Node, node_name: str) -> dict[str, str]:
-    """Return the level of each of a node's loggers by the logger's name."""
+    """Return the levels of a node's loggers, by the logger's name."""
     response = call_logger_service(invocation, node, node_name, "get_loggers", {})
     return {logger.name: logger.level for logger in response.loggers}
 

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 _POLL_PERIOD = 0.2
 COLOURS = {1: "\x1b[94m", 2: "\x1b[92m", 4: "\x1b[93m", 8: "\x1b[91m", 16: "\x1b[95m"}
-"""The escape sequence for each level's colour by the level's number."""
+"""The escape sequences of the levels' colours, by the level's number."""
 BOLD, DIM, RESET = "\x1b[1m", "\x1b[2m", "\x1b[0m"
 
 

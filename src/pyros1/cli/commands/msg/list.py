@@ -25,7 +25,7 @@ def _print_all_types(kind: DefinitionKind, invocation: Invocation, options: Any,
 def _print_types_in_package(kind: DefinitionKind, invocation: Invocation, options: Any, args: list[str]) -> None:
     """Print the types in a package."""
     if len(args) > 1:
-        raise UsageError(f"you may only specify one {kind.word} type")  # like stock, although the argument is a package
+        raise UsageError(f"you may only specify one {kind.word} type")  # as in stock ROS, although it is a package
     package_name = args[0] if args else read_name_from_stdin()
     if not library().has_package(package_name):
         from pyros1.finding.packages import PackageIndex  # noqa: PLC0415 - only needed after a failure

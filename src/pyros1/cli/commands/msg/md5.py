@@ -20,7 +20,7 @@ from pyros1.ground.errors import UnknownTypeError
 
 
 def _print_checksum(kind: DefinitionKind, invocation: Invocation, options: Any, args: list[str]) -> None:
-    """Print a type's checksum. For an unknown type, print an error to stderr and return 0, like stock."""
+    """Print a type's checksum. For an unknown type, print an error to stderr and return 0, as in stock ROS."""
     type_name = parse_type_argument(kind, args)
     names, lacks_package = find_full_names(kind, type_name)
     if lacks_package and not names:

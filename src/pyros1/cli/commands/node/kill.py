@@ -88,7 +88,7 @@ def _shut_down(graph: Graph, node_name: str) -> bool:
         print(f"[{node_name}]: {error}; if its process hangs, use kill -9", file=sys.stderr)
         return False
     except Error:
-        # The node exited before it responded, or was dead already: stock prints killed in both cases.
+        # The node exited before it responded, or was already dead: rosnode prints killed in both cases.
         return True
     finally:
         node_api.close()

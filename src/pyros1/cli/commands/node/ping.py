@@ -47,7 +47,7 @@ VERB = Verb(
 
 
 def _print_known_nodes(invocation: Invocation, graph: Graph) -> None:
-    """Print the usage and the available nodes. The caller prints the error after them, as stock does."""
+    """Print the usage and the available nodes. The caller prints the error after them, as in stock ROS."""
     from pyros1.cli.help import Parser  # noqa: PLC0415 - only needed after a failure
 
     try:

@@ -42,7 +42,7 @@ def set_leaves(invocation: Invocation, name: str, value: Any, message_format: st
 
 
 def leaves(name: str, value: Any) -> list[tuple[str, Any]]:
-    """Return pairs of the full name and the value of each leaf of a value. An empty dictionary is a leaf."""
+    """Return (full name, value) for each leaf of a value. An empty dictionary is a leaf."""
     if not isinstance(value, dict) or not value:
         return [(name, value)]
     prefix = name.rstrip("/")

@@ -53,7 +53,7 @@ def _print_chains(invocation: Invocation, request: Request, args: list[str]) -> 
 def _print_manifests(invocation: Invocation, request: Request, args: list[str]) -> None:
     packages, package_name = packages_and_name(request)
     if package_name not in packages.by_name:
-        print()  # like stock, which prints an empty line before the error
+        print()  # like rospack, which prints an empty line before the error
         check_known(packages, package_name)
     found_packages = [packages.find(package) for package in packages.dependencies(package_name)]
     print(" ".join(os.path.join(package.folder, package.manifest) for package in found_packages))

@@ -30,7 +30,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
         return
     if options.publishers and options.subscribers:
         raise UsageError("you may only specify one of -p, -s")
-    namespace = invocation.resolve(args[0]) if args else None  # like stock, list all namespaces by default
+    namespace = invocation.resolve(args[0]) if args else None  # like rostopic, list all namespaces by default
     selected_role = "p" if options.publishers else "s" if options.subscribers else ""
     graph = invocation.graph
     state = graph.state()

@@ -289,7 +289,7 @@ class _PublishingSession:
             self._node.spin()
 
     def repeat_from_file(self, document: Any, rate: float, substitutes_keywords: bool) -> None:
-        """Publish the only message of a file repeatedly, like stock."""
+        """Publish the only message of a file repeatedly, like rostopic."""
         self._make_message(_as_arguments(document))  # report an invalid document immediately
         self._publisher.wait_for_subscribers(timeout=_SUBSCRIBER_TIMEOUT)
         print("Got one message and a rate, publishing repeatedly", flush=True)
@@ -322,7 +322,7 @@ class _PublishingSession:
             if not has_waited:
                 has_waited = True
                 self._publisher.wait_for_subscribers(timeout=_SUBSCRIBER_TIMEOUT)
-            # Stock prints this even if the next message follows immediately.
+            # rostopic prints this even if the next message follows immediately.
             print(f"publishing and latching {self._description(message)} for {HOLD_SECONDS} seconds", flush=True)
             self._publisher.publish(message)
             if self._exits_after_one:

@@ -1,6 +1,6 @@
 """Shared code of the tools: help, usage errors, nodes, arguments and parameters.
 
-Help and usage errors look as if each tool were a separate program, as in stock's package topic_tools.
+Help and usage errors look as if each tool were a separate program, as in the stock package.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ class Tool(Verb):
         usage: the usage after the name; None to generate it from the arguments.
         parameters: the lines about the node's parameters in the tool's help.
         examples: the examples, see `Verb`.
-        pyros1_only: whether stock's package topic_tools lacks a tool of this name.
+        pyros1_only: whether the stock package topic_tools lacks a tool of this name.
     """
 
     __slots__ = ("_parameters", "_run_tool")

@@ -39,7 +39,7 @@ _POLL_PERIOD = 0.2
 
 
 def parse_with_argparse(invocation: Invocation, verb: Verb) -> tuple[Any, list[str]]:
-    """Parse the arguments of a verb with argparse, like stock, so that an option can have several values.
+    """Parse the arguments of a verb with argparse, as in stock ROS, so that an option can have several values.
 
     Returns:
         The values of options and arguments by name, and an empty list.
