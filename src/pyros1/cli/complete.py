@@ -17,7 +17,7 @@ _UNQUOTED_CHARACTERS = frozenset("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRST
 
 
 _FILE_WORDS = ("bag", "dir", "file", "output")
-"""Words which, in the name of an option or of its value, indicate that the value is a file."""
+"""Words in the name of an option, or of its value, that mark the value as a file."""
 _OPTION_KINDS = ("example",)
 """Options whose values are completed. The name of such an option is a key of `complete_values.PROVIDERS_BY_KIND`."""
 
@@ -49,7 +49,7 @@ def candidates(line: CommandLine) -> list[str]:
 
 
 def _option_names(line: CommandLine) -> list[str]:
-    """Return the names of the options of the verb or, if the command has no verbs, of the command."""
+    """Return the option names of the verb or, if the command has no verbs, of the command."""
     verb = registry.load_verb(line.command, line.verb) if line.verb else registry.load_command(line.command).verb
     if verb is None:
         return ["--help"]

@@ -319,4 +319,4 @@ PROVIDERS_BY_KIND: dict[str, Callable[[CommandLine], list[str]]] = {
     "topic": _topics,
     "topic_type": _topic_type,
 }
-"""For each kind of argument, the function that returns the candidates for it."""
+"""The functions that return the candidates, by kind of argument."""

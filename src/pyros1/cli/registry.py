@@ -17,7 +17,7 @@ from pyros1.cli.records import Command, Verb
 
 COMMANDS_PACKAGE = "pyros1.cli.commands"
 SHELL_FUNCTIONS = ("roscd", "rospd", "rosd")
-"""Names of shell functions that change the shell's current folder, which a program cannot do."""
+"""Names of shell functions that change the shell's current folder. A program cannot do this."""
 _COMMANDS_FOLDER = os.path.join(os.path.dirname(os.path.abspath(__file__)), "commands")
 
 

@@ -4,9 +4,9 @@ A package is a folder with a ``package.xml`` (catkin) or a ``manifest.xml`` (ros
 this order: the folders of ``ROS_PACKAGE_PATH`` with everything below them, the devel and install spaces of
 ``CMAKE_PREFIX_PATH``, stock installations on the machine, the Python packages of this interpreter that declare a ROS
 package (with a ``package.xml`` in their folder, or by installing ``share/NAME/package.xml``), and the packages that
-come with pyros1. If there are several packages with the same name below one of these folders, the one that is directly
-in it, in a subfolder of that name, is used, or else the first one in the order of folder names. (Stock ROS uses the
-file system's order.) Nothing is read before it is needed, and the index caches its results, so one index should be used
+come with pyros1. If several packages below one of these folders have the same name, the one directly in that folder, in
+a subfolder of the package's name, is used, or else the first one in the order of folder names. (Stock ROS uses the file
+system's order.) Nothing is read before it is needed, and the index caches its results, so one index should be used
 for all searches.
 
 Every node searches for the packages of its messages when it starts. So a package in its usual location is found without
@@ -53,7 +53,7 @@ def stock_installs() -> _StrList:
 
 
 def share_folders(environ: Mapping[str, str]) -> _StrList:
-    """Return the ``share`` folders of the spaces of ``CMAKE_PREFIX_PATH`` and of stock installations, in order."""
+    """Return the ``share`` folders of the prefixes in ``CMAKE_PREFIX_PATH`` and of stock installations, in order."""
     return list(dict.fromkeys([*(os.path.join(prefix, "share") for prefix in _prefixes(environ)), *stock_installs()]))
 
 

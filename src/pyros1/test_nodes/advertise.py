@@ -1,4 +1,4 @@
-"""advertisetest and subscribetest check that topics and services are registered, or that they are not."""
+"""advertisetest and subscribetest check that topics and services are registered, or not registered."""
 
 from __future__ import annotations
 

@@ -24,7 +24,7 @@ def parse_arguments(argv: list[str]) -> dict[str, str]:
     """Return the ``name:=value`` arguments of a command line (X03).
 
     Names without a value and names that start with ``_``, which are a node's parameters, are ignored. Arguments with a
-    second ``:=`` are reported on stderr.
+    second ``:=`` are also ignored, but reported on stderr.
     """
     arguments: dict[str, str] = {}
     for word in argv:

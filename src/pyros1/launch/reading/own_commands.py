@@ -1,4 +1,4 @@
-"""Finds which commands in launch files run pyros1's own programs, and in which environment."""
+"""Finds the commands in launch files that run pyros1's own programs, and determines their environment."""
 
 from __future__ import annotations
 

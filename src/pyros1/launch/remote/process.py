@@ -43,7 +43,7 @@ class RemoteProcess(Process):
 
     @property
     def alive(self) -> bool:
-        """Whether the process is running, to the launcher's knowledge."""
+        """Whether the process is running, as far as the launcher knows."""
         return self._is_running
 
     @property

@@ -46,9 +46,8 @@ def is_remote(plan: Plan, node: NodePlan) -> bool:
 def plan_errors(plan: Plan, packages: PackageFinder, environ: Mapping[str, str]) -> Iterator[LaunchError]:
     """Yield an error for each machine, package, program and nodelet that a node needs but that does not exist.
 
-    Other machines are not searched. Errors are also yielded for nodes that wait for each other, since none of them
-    would ever start, for ``on-death`` messages that cannot be published, and for parameters that cannot be sent to the
-    master.
+    Also yield errors for nodes that wait for each other, so that none ever starts, for ``on-death`` messages that
+    cannot be published, and for parameters that cannot be sent to the master. Other machines are not searched.
     """
     yield from unsendable_params(plan.params)
     yield from unknown_machines(plan)

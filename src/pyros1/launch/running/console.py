@@ -14,7 +14,7 @@ class Console:
     Args:
         out: stream for ordinary lines; None for stdout.
         err: stream for errors and warnings; None for stderr.
-        log: a file to which everything is written as well.
+        log: a file that also receives everything.
         title: whether `title` sets the terminal's title, if ``out`` is a terminal.
     """
 

@@ -82,8 +82,8 @@ class Process:
         return not self.alive and not self._live_leftover_groups()
 
     def _live_leftover_groups(self) -> set[int]:
-        """Forget the leftover groups that have become empty. Return the others: groups whose leader has exited, but
-        which still have members.
+        """Forget the leftover groups that have become empty. Return the others, which still have members although
+        their leader has exited.
         """
         with self._lock:  # the watching thread may be adding a group
             leftover_groups = set(self._leftover_groups)

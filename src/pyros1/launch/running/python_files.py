@@ -102,7 +102,7 @@ def python_problems(files: Mapping[Path, Mapping[str, str]]) -> Iterator[Problem
 
 
 def find_imports(source: bytes, name: str = "?") -> list[Import]:
-    """Return the top-level modules that a program imports whenever it runs, each once.
+    """Return the top-level modules that a program imports whenever it runs, without duplicates.
 
     Imports in functions and in ``try`` statements are ignored, as they may be optional.
 

@@ -221,7 +221,7 @@ class Starter:
             raise LaunchError(
                 f"cannot create the folder of nodes {home}: {error.strerror}; set ROS_HOME to another folder"
             ) from error
-        # Stock's logging sets this in its own environment, which nodes inherit.
+        # The logging of stock ROS sets this in roslaunch's own environment, which nodes inherit.
         environ = {**self.environ, "ROS_LOG_FILENAME": str(self.run.log)}
         log_base = self.run.folder / label.replace("/", "-")
         return ProcessSpec(

@@ -1,4 +1,4 @@
-"""Formats the errors of ``bag`` about bags that cannot be read and files that cannot be written."""
+"""Formats the errors of ``bag`` about unreadable bags and unwritable files."""
 
 from __future__ import annotations
 

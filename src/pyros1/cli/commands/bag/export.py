@@ -294,7 +294,7 @@ class _Export:
         return count
 
     def _with_usable_definition(self, raw_message: RawMessage) -> RawMessage:
-        """Return a message whose connection has a definition that other programs can read, if one is known."""
+        """Return the message with a definition that other programs can read, if one is known."""
         connection = raw_message.connection
         if id(connection) not in self._usable_connections:
             definition = self._bags_by_connection_id[id(connection)].definition(connection)

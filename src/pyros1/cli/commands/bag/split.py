@@ -28,7 +28,7 @@ _DURATION_UNITS = {"s": 1, "m": 60, "h": 3600}
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:
-    """Write the messages of a bag to several bags, each of a limited size, duration or number of messages."""
+    """Write the messages of a bag to several bags of limited size, duration or message count."""
     if len(args) != 1:
         raise UsageError("You must specify one bag.")
     if options.size is None and options.duration is None and options.count is None:

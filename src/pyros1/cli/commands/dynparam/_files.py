@@ -14,7 +14,7 @@ _TAG = "!!python/object/new:dynamic_reconfigure.encoding.Config"
 
 
 def file_text(values: dict[str, Any]) -> str:
-    """Return a configuration in the stock tool's file format, so that each can load the other's files."""
+    """Return a configuration in the stock tool's file format, which both tools can load."""
     lines = dump_yaml(_wrap(values)).splitlines()
     for number, line in enumerate(lines[:-1]):
         next_line = lines[number + 1].strip()

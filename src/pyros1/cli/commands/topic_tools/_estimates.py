@@ -27,7 +27,7 @@ def broadcast_size(*args: Any, **keywords: Any) -> float:
 
 
 def squared_size(*args: Any, **keywords: Any) -> float:
-    """Return the square of the number of items of the largest argument."""
+    """Return the squared number of items in the largest argument."""
     return max(map(item_count, (*args, *keywords.values())), default=0) ** 2
 
 
@@ -178,7 +178,7 @@ RESULT_SIZE_FUNCTIONS: Mapping[str, Callable[..., float]] = {
     "zeros": _shape_size,
     "zeros_like": _like_size,
 }
-"""Functions that estimate the number of items in a result, for results that may exceed `broadcast_size`."""
+"""Estimators of the number of items in a result, for functions whose result may exceed `broadcast_size`."""
 RANDOM_RESULT_SIZE_FUNCTIONS: Mapping[str, Callable[..., float]] = {
     "normal": _random_size,
     "uniform": _random_size,
@@ -264,4 +264,4 @@ CALL_COSTS: Mapping[str, Callable[..., float]] = {
     "polyfit": _fit_cost,
     "polyval": _polynomial_cost,
 }
-"""Functions that estimate the cost of a call, for functions that do more than visit each item a few times."""
+"""Estimators of the cost of a call, for functions that do more than visit each item a few times."""

@@ -1,4 +1,4 @@
-"""Determines the sizes of arrays and of the results of operators, and checks that they are small enough."""
+"""Determines the sizes of arrays and of operator results, and checks that they are small enough."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def is_numpy(value: Any) -> bool:
 
 
 def extent(value: Any) -> tuple[Shape, int]:
-    """Return the shape that a value has as an array, and the size of an item in bytes.
+    """Return the shape that a value would have as an array, and the size of an item in bytes.
 
     If nested lists have different lengths, the length of the longest is used.
 
@@ -95,12 +95,12 @@ def shape_of(value: Any) -> Shape:
 
 
 def item_count(value: Any) -> int:
-    """Return the number of items that a value has as an array."""
+    """Return the number of items that a value would have as an array."""
     return math.prod(shape_of(value))
 
 
 def broadcast_count(shapes: Iterable[Shape]) -> int:
-    """Return the number of items in the result of broadcasting arrays of these shapes."""
+    """Return the number of items that arrays of these shapes have after broadcasting."""
     return math.prod(map(max, zip_longest(*(reversed(shape) for shape in shapes), fillvalue=1)))
 
 
