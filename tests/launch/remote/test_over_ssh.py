@@ -250,7 +250,7 @@ def test_a_machine_that_comes_back_gets_its_respawning_nodes_again(
         bench.machine.close()
     assert not [thread for thread in threading.enumerate() if thread.name.startswith("machine")]
     assert (
-        "ERROR: the connection to machine [robot] (robot.example) was lost, and its nodes there" in bench.err.getvalue()
+        "ERROR: the connection to machine [robot] (robot.example) was lost, and the nodes on it" in bench.err.getvalue()
     )
     assert "remote[robot] connected to robot.example again" in bench.out.getvalue()
 

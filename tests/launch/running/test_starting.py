@@ -268,7 +268,9 @@ def test_a_test_ends_the_launch(make_starter: Callable[..., Starter]) -> None:
 
 def test_a_folder_of_nodes_that_cannot_be_made_is_named(make_starter: Callable[..., Starter], tmp_path: Path) -> None:
     (tmp_path / "home").touch()
-    with pytest.raises(LaunchError, match=r"cannot create the folder of nodes .*/home: File exists; set ROS_HOME"):
+    with pytest.raises(
+        LaunchError, match=r"cannot create the folder .*/home, where nodes run: File exists; set ROS_HOME"
+    ):
         make_starter().make_spec(NodePlan("robot", "drive", "wheels"), "wheels-1")
 
 

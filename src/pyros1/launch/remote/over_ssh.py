@@ -87,7 +87,7 @@ class Machine:
     Args:
         plan: the machine, as declared in the launch file.
         environ: this process's environment.
-        master_uri: ROS_MASTER_URI for the nodes there.
+        master_uri: ROS_MASTER_URI for the nodes on the machine.
         stop_timeouts: seconds that the agent waits after SIGINT and after SIGTERM when it stops the nodes because the
             connection is broken.
         console: prints lines for the user.
@@ -217,7 +217,7 @@ class Machine:
 
     def _report_lost(self) -> None:
         self._console.error(
-            f"the connection to machine [{self.plan.name}] ({self.plan.address}) was lost, and its nodes there "
+            f"the connection to machine [{self.plan.name}] ({self.plan.address}) was lost, and the nodes on it "
             "were stopped. After reconnecting, nodes with respawn are started again; use pyros1 node start for others. "
             f"Check the network, and: ssh {self.plan.address}"
         )

@@ -208,8 +208,8 @@ class Starter:
         """Return the description of a node's process on this machine.
 
         Raises:
-            LaunchError: the executable does not exist or cannot be started, or the folder that
-                nodes run in (ROS_HOME) cannot be created.
+            LaunchError: the executable does not exist or cannot be started, or the folder where nodes run (ROS_HOME)
+                cannot be created.
         """
         executable = locate(node.package, node.type, self.packages)
         check_prefix(node, self.environ)
@@ -219,7 +219,7 @@ class Starter:
             home.mkdir(parents=True, exist_ok=True)
         except OSError as error:
             raise LaunchError(
-                f"cannot create the folder of nodes {home}: {error.strerror}; set ROS_HOME to another folder"
+                f"cannot create the folder {home}, where nodes run: {error.strerror}; set ROS_HOME to another folder"
             ) from error
         # The logging of stock ROS sets this in roslaunch's own environment, which nodes inherit.
         environ = {**self.environ, "ROS_LOG_FILENAME": str(self.run.log)}

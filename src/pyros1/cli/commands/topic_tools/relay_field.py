@@ -41,8 +41,8 @@ VERB = Verb(
     *TRANSFORM_OPTIONS,
     usage="IN_TOPIC[/FIELD] OUT_TOPIC OUT_TYPE YAML",
     description="For each message, publishes a message whose fields are given as YAML. A string is evaluated if it\n"
-    "is a Python expression that uses only known names. In expressions, m is the received message or the given\n"
-    "field of it. Other strings are published unchanged.",
+    "is a Python expression that uses only known names. In expressions, m is the received message or its given\n"
+    "field. Other strings are published unchanged.",
     examples=[("/chatter /header std_msgs/Header 'stamp: now\nframe_id: m.data'", "")],
     stock="rosrun topic_tools relay_field",
     parse=parse_with_argparse,
