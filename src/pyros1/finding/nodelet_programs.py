@@ -20,7 +20,7 @@ _OTHER_NAMES = {
     "RobotLocalization/UkfNodelet": ("robot_localization", "ukf_localization_node"),
     "RobotLocalization/NavSatTransformNodelet": ("robot_localization", "navsat_transform_node"),
 }
-"""Classes whose package or program has an unrelated name: class -> (package, program)."""
+"""Classes whose names differ from those of their package or program: class -> (package, program)."""
 _KIND = re.compile(r"(?:nodelet|node|\.py)*\Z")
 
 
@@ -32,7 +32,7 @@ def package_of(class_name: str) -> str:
 
 
 def is_throttle(class_name: str) -> bool:
-    """Return whether a class, by its name (``NodeletThrottleImage``), uses NodeletThrottle from nodelet_topic_tools."""
+    """Return whether a class uses nodelet_topic_tools' NodeletThrottle, by its name: ``NodeletThrottleImage``."""
     return re.split("/|::", class_name)[-1].startswith("NodeletThrottle")
 
 

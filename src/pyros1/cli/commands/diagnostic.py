@@ -128,7 +128,7 @@ COMMAND = Command(
 def _choose_topic(invocation: Invocation, requested: str) -> tuple[str, int]:
     """Return the topic to read, and the number of nodes whose messages together describe the robot's state.
 
-    Without a requested topic and an aggregator, as on many robots, the topic is the one on which nodes publish.
+    If no topic is requested and there is no aggregator, as on many robots, it is the topic on which nodes publish.
     """
     topic = invocation.resolve(requested or _AGGREGATED_TOPIC)
     raw_topic = invocation.resolve(_RAW_TOPIC)

@@ -58,7 +58,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
         for an unknown package, 3 for an unknown executable.
 
     Raises:
-        UsageError: an option is unknown or lacks its value. Called as ``rosrun``, it prints the usage and returns 0.
+        UsageError: an option is unknown or lacks its value. ``rosrun`` prints the usage and returns 0 instead.
     """
     if options.unusable_option not in ("", "-h", "--help") and not invocation.as_stock:
         if options.unusable_option in _OPTIONS_WITH_VALUE:

@@ -1,4 +1,4 @@
-"""Finds the packages that launch files need, including any that ``package.xml`` does not declare (L174, L175)."""
+"""Finds the packages that launch files need, and any of them that ``package.xml`` does not declare (L174, L175)."""
 
 from __future__ import annotations
 
