@@ -14,7 +14,7 @@ _HIDDEN = object()
 
 
 class Parameters:
-    """Access to parameters for pages. From a namespace, the parameters that pages are not allowed to see are left out.
+    """Access to parameters for pages. Namespaces are returned without the parameters that pages are not allowed to see.
 
     Args:
         master: the master with the parameters.
@@ -52,7 +52,7 @@ class Parameters:
         return value
 
     def has(self, name: str) -> bool:
-        """Return whether a parameter is set and visible to pages; a namespace is if it contains such a parameter."""
+        """Return whether a parameter is set and visible to pages, or a namespace contains such a parameter."""
         name = _full_name(name)
         if not self._access.topics:
             return self._master.has_param(name)

@@ -52,7 +52,7 @@ class Robot:
 
     Attributes:
         joint_publishers: topic -> the view that publishes joint states on it; only one view may do so at a time.
-        gamepads: the same for the gamepads of pages.
+        gamepads: topic -> the view that publishes a page's gamepad on it; likewise, only one per topic.
         on_killed: called, from any thread, when another program has shut down the server's node.
     """
 

@@ -20,7 +20,7 @@ from pyros1.web.rosbridge_server.settings import read_patterns
 from pyros1.web.server.access import Access
 
 _TYPES = {"action_servers": "GetActionServers"}
-"""Services whose type is named otherwise than the service is."""
+"""Services whose type's name does not follow from the service's name."""
 
 
 def service_type(name: str) -> str:
@@ -29,7 +29,7 @@ def service_type(name: str) -> str:
 
 
 def start(node: Node) -> Robot:
-    """Advertise the services; return what answers them until the node shuts down.
+    """Advertise the services; return the `Robot` that answers them until the node shuts down.
 
     Raises:
         UnsupportedError: a parameter with patterns is invalid.

@@ -81,7 +81,7 @@ class System:
             - topics: name -> type, publishers, subscribers, and the rates hz (messages per second) and bytes (per
               second), which are null while unknown, and missing if no publisher reports its traffic
             - services: name -> nodes
-            - bridges: those to other masters, see `pyros1.web.transforms.bridges.describe_bridge`
+            - bridges: bridges to other masters, see `pyros1.web.transforms.bridges.describe_bridge`
             - edges: topic, publisher, subscriber, messages per second or null
             - missing: topic, publisher, subscriber of each connection that should exist, but was missing in the last
               two descriptions; a single time does not count, as new nodes need a moment to connect

@@ -48,7 +48,7 @@ def test_defaults_and_values() -> None:
     [
         ({"authenticate": True}, "authenticate is not supported"),
         ({"bson_only_mode": True}, "bson_only_mode is not supported"),
-        ({"certfile": "a.pem"}, "both parameters certfile and keyfile"),
+        ({"certfile": "a.pem"}, "certfile and keyfile must both be set"),
         ({"topics_glob": "/odom"}, "topics_glob must be a list of patterns"),
         ({"services_glob": 3}, "services_glob must be a list of patterns"),
         ({"params_glob": ["/a", 1]}, "params_glob must be a list of patterns"),

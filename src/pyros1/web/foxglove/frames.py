@@ -170,7 +170,7 @@ def asset_failure(request: int, text: str) -> Frame:
 
 
 def graph_update(previous: Nodes, current: Nodes) -> Frame | None:
-    """Return the frame with what has changed in the graph of nodes; None if nothing has."""
+    """Return the frame with the changes in the graph of nodes; None if there are none."""
     published, subscribed, services = (
         [(name, list(nodes)) for name, nodes in new.items() if old.get(name) != nodes]
         for old, new in zip(previous, current, strict=True)

@@ -134,7 +134,7 @@ class Outbox:
     def close(self, ticket: int) -> None:
         """Remove a subscription, and drop its queued messages. Messages that are put later are ignored.
 
-        If a thread is just sending a message of the subscription, wait until it has: none may be sent afterwards.
+        If a thread is sending one of the subscription's messages, wait for it, since none may be sent after this call.
         """
         with self._lock:
             queue = self._queues.pop(ticket, None)
@@ -173,8 +173,8 @@ class Outbox:
         return False
 
     def end_sending(self, unsent: QueuedMessage | None) -> None:
-        """End the sending that `put` requested; ``unsent``: the message if it was not sent. It is then queued: no later
-        one of its subscription has arrived, since each topic's messages arrive one after the other.
+        """End the sending that `put` requested. If the message was not sent, ``unsent`` is that message, which is then
+        queued. It stays in order, since each topic's messages arrive one after the other.
         """
         with self._lock:
             queue = None if unsent is None else self._queues.get(unsent.ticket)
@@ -188,7 +188,9 @@ class Outbox:
             self._wake()
 
     def release(self) -> None:
-        """Let messages be sent immediately from now on if nothing is queued; all that was taken has been sent."""
+        """Let messages be sent immediately from now on if nothing is queued. Called when everything taken has been
+        sent.
+        """
         with self._lock:
             if not self._ready:
                 self._turns.release()

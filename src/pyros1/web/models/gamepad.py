@@ -1,4 +1,4 @@
-"""Which states of a gamepad are published, so that a robot stops when its page is gone."""
+"""Decides which gamepad states are published, so that a robot stops when its page is gone."""
 
 from __future__ import annotations
 
@@ -9,18 +9,18 @@ from typing import Any, NamedTuple
 from pyros1.web.server.wire import RequestError
 
 SILENCE = 0.5
-"""Seconds without news from the page after which everything is let go."""
+"""Seconds without a state from the page after which the gamepad counts as released."""
 MAX_AXES, MAX_BUTTONS = 64, 128
 
 
 class GamepadState(NamedTuple):
-    """What sensor_msgs/Joy contains: axes from -1 to 1, and buttons, 0 or 1 each."""
+    """A gamepad's state, as in sensor_msgs/Joy: axes from -1 to 1, and buttons, 0 or 1 each."""
 
     axes: list[float]
     buttons: list[int]
 
     def released(self) -> GamepadState:
-        """Return a state of the same size in which all is 0."""
+        """Return a state of the same size with all axes and buttons at 0."""
         return GamepadState([0.0] * len(self.axes), [0] * len(self.buttons))
 
 
@@ -31,7 +31,7 @@ def read_state(value: Any) -> GamepadState | None:
         value: null, or an object with lists of numbers, ``axes`` and ``buttons``.
 
     Raises:
-        RequestError: it is something else, a number is out of range, or there are too many.
+        RequestError: the value has another form, a number is out of range, or there are too many axes or buttons.
     """
     if value is None:
         return None
@@ -51,26 +51,26 @@ def read_state(value: Any) -> GamepadState | None:
 class RemoteGamepad:
     """A gamepad whose state comes from a page that may be closed, hidden or cut off at any time.
 
-    The page repeats its state more often than every `SILENCE` seconds. Once it lets go, is silent for longer, or is
-    closed, a state in which all is 0 is published once, and nothing afterwards. May be used in several threads. Times
-    are in seconds.
+    The page repeats its state at least every `SILENCE` seconds. When it releases the gamepad, is silent for longer, or
+    is closed, a state with all axes and buttons at 0 is published once, and then nothing more. May be used in several
+    threads. Times are in seconds.
     """
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
-        self._state: GamepadState | None = None  # None: the page has let go
-        self._published: GamepadState | None = None  # None: all was let go, and that was published
+        self._state: GamepadState | None = None  # None: the page has released the gamepad
+        self._published: GamepadState | None = None  # None: the release has been published
         self._heard_at = -math.inf
 
     def receive(self, state: GamepadState | None, now: float) -> bool:
-        """Take a state from the page, None if the page lets go; return whether to publish at once, since it is new."""
+        """Store a state from the page, or None if the gamepad was released; return whether to publish at once."""
         with self._lock:
             is_new = state != self._state or now - self._heard_at > SILENCE
             self._state, self._heard_at = state, now
             return is_new
 
     def take(self, now: float) -> GamepadState | None:
-        """Return what is to be published now; None for nothing."""
+        """Return the state to publish now; None if there is none."""
         with self._lock:
             if now - self._heard_at > SILENCE:
                 self._state = None

@@ -34,8 +34,9 @@ _MAX_READ_AHEAD = 1 << 20
 _FRAME_OVERHEAD = 1_000
 """Memory overhead of a frame in bytes."""
 _LARGE_INPUT_BYTES = 1 << 20
-"""Size in bytes above which a client's frames are decoded only when no other client's are, since decoding needs much
-more memory than the frames."""
+"""Size in bytes above which only one client's frames are decoded at a time, since decoding needs much more memory than
+the frames.
+"""
 _MAX_LARGE_INPUTS = 1
 _MAX_BATCH_FRAMES = 64
 _BATCH_BYTES = 256 << 10
@@ -188,7 +189,7 @@ class _Driver:
                 if self._due_frames is not None:
                     due, self._due_frames = self._due_frames, None
                     await self._send_due(due)
-                    continue  # the client may have disconnected, which must not be missed by clearing the event
+                    continue  # check for a disconnection before clearing the event, which would hide it
                 self._wake_event.clear()
                 self._wake_scheduled = False
                 due = self._client.take(monotonic())
@@ -211,7 +212,7 @@ class _Driver:
     def _on_wake(self) -> None:
         """Send what is due; called in the loop's thread.
 
-        As long as the client keeps up, this happens here, since waking the task takes as long as all the rest.
+        As long as the client keeps up, frames are sent here, since waking the sending task would double the time.
         """
         is_idle = self._is_send_idle and not self._wake_event.is_set() and not self._disconnected
         if is_idle and keeps_up(self._connection):

@@ -187,7 +187,9 @@ class Outbox:
             self._wake()
 
     def release(self) -> None:
-        """Let messages be sent immediately from now on if nothing is queued; all that was taken has been sent."""
+        """Let messages be sent immediately from now on if nothing is queued. Called when everything taken has been
+        sent.
+        """
         with self._lock:
             if not self._frames and not any(queue.messages for queue in self._queues):
                 self._turns.release()

@@ -1,4 +1,4 @@
-"""Calls services for clients, including those of rosapi."""
+"""Calls services for clients, including rosapi's."""
 
 from __future__ import annotations
 

@@ -93,8 +93,8 @@ def _converter(cls: type[Message], field_type: str, copy: bool) -> _Converter | 
 
 @lru_cache(2000)
 def is_flat(cls: type[Message]) -> bool:
-    """Return whether converting a message takes about the same time whatever its size: only its numbers and strings
-    may have any size.
+    """Return whether converting a message takes about the same time whatever its size: its only arrays are arrays of
+    numbers, which need no conversion of each element.
     """
     for field_type in cls._slot_types:
         base_type, bracket, _ = field_type.partition("[")
@@ -108,7 +108,7 @@ def is_flat(cls: type[Message]) -> bool:
 
 @lru_cache(2000)
 def has_only_bytes(cls: type[Message]) -> bool:
-    """Return whether the only arrays in a message that may have any size are ``uint8[]`` and ``char[]``."""
+    """Return whether a message's only variable-length arrays are ``uint8[]`` and ``char[]``."""
     for field_type in cls._slot_types:
         base_type, bracket, length = field_type.partition("[")
         nested = cls._classes.get(base_type)

@@ -1,4 +1,4 @@
-"""The package rosbridge_server: a port for rosbridge clients only, with the parameters of the original.
+"""The package rosbridge_server: a server for rosbridge clients only, with the parameters of the original.
 
 See https://wiki.ros.org/rosbridge_server.
 """

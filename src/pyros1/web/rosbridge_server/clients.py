@@ -1,4 +1,4 @@
-"""Publishes how many clients are connected, and which: on client_count and connected_clients."""
+"""Publishes the number and the list of connected clients, on client_count and connected_clients."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from pyros1.node import Node
 
 
 class ClientList:
-    """The connected clients, which are published, latched, whenever they change.
+    """The connected clients. Publishes them, latched, whenever they change.
 
     Args:
         node: the node that publishes them.
@@ -37,7 +37,7 @@ class ClientList:
         self._publish("disconnected")
 
     def _publish(self, event: str = "") -> None:
-        if not self._node.ok():  # the node shuts down, and with it the connections
+        if not self._node.ok():  # the node is shutting down, which ends the connections
             return
         self._list_publisher.publish(ConnectedClients(list(self._clients.values())))
         self._count_publisher.publish(len(self))

@@ -1,4 +1,4 @@
-"""The programs of rosbridge_server: rosbridge_websocket, and those without a WebSocket, which do not exist here."""
+"""The programs of rosbridge_server: rosbridge_websocket, and stubs for rosbridge_tcp and rosbridge_udp, unsupported."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def main(argv: list[str]) -> int:
                 node.name,
             )
             BridgeServer(node, read_settings(parameters)).run()
-        except NodeShutdownError:  # Ctrl-C came before the server was complete
+        except NodeShutdownError:  # Ctrl-C while the server was starting
             return 0
         except Error as error:
             node.log.fatal("%s", error)

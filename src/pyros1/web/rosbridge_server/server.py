@@ -1,7 +1,7 @@
 """Serves rosbridge clients on a port, without the page of `pyros1 web`.
 
-As with the original, anyone who can reach the port may connect, from pages of any site; PYROS1_ALLOW limits it to some
-machines.
+As with the original, anyone who can reach the port may connect, even from pages of other sites; PYROS1_ALLOW restricts
+access to some machines.
 """
 
 from __future__ import annotations
@@ -34,10 +34,10 @@ from pyros1.web.service_calls import MAX_CONCURRENT_CALLS
 
 MAX_CLIENTS = 256
 _CLEANUP_PERIOD = 10.0
-"""Seconds after which a client's topics are unadvertised if no client uses them any more."""
+"""Seconds between cleanups of publishers that are no longer used."""
 
 _REPORT_PERIOD = 1.0
-"""Minimum number of seconds between log messages about what clients do wrong."""
+"""Minimum number of seconds between log messages about clients' errors."""
 
 
 class TlsError(Error):
@@ -97,7 +97,7 @@ class BridgeServer:
                 with contextlib.suppress(asyncio.TimeoutError):
                     await asyncio.wait_for(ended.wait(), _CLEANUP_PERIOD)
                 await asyncio.to_thread(self._robot.clean_up)
-            await asyncio.to_thread(self._robot.close)  # ends whatever clients are waiting for
+            await asyncio.to_thread(self._robot.close)  # ends everything that clients are waiting for
 
     def _report(self, text: str) -> None:
         """Log an error that was sent to a client, since many clients do not show it."""
@@ -172,7 +172,7 @@ class BridgeServer:
 
 
 def _describe(error: OSError) -> str:
-    """Return what is wrong. asyncio puts a sentence of its own around the system's words, but not for unknown hosts."""
+    """Return the system's error message. asyncio puts it into a sentence of its own, except for unknown hosts."""
     if isinstance(error, socket.gaierror) or not error.errno:
         return error.strerror or str(error)
     return os.strerror(error.errno)

@@ -11,12 +11,13 @@ from pyros1.robot_nodes.shared.parameters import PrivateParameters
 from pyros1.web.rosbridge.frame_decoder import MAX_FRAME
 
 _DEFAULT_PING_INTERVAL = 20.0
-"""Seconds between pings without a parameter. The original then sends none, and keeps dead connections for hours."""
+"""Default number of seconds between pings. By default, the original sends none, and keeps dead connections for hours.
+"""
 _MAX_SECONDS = 86_400.0
 
 
 class UnsupportedError(Error):
-    """A parameter asks for something without which the server must not start; the message says what to do."""
+    """A parameter requires something unsupported, so the server must not start; the message says what to do."""
 
 
 @dataclass(frozen=True)
@@ -32,7 +33,7 @@ class Settings:
         max_message_size: maximum size in bytes of a client's frame.
         ping_interval: seconds between pings.
         ping_timeout: seconds after which a client that does not answer a ping is disconnected.
-        allows_null_origin: whether pages may connect that have no origin, such as those opened from a file.
+        allows_null_origin: whether pages without an origin, such as those opened from a file, may connect.
         topics, services, parameters: patterns for what clients may use; empty for all.
     """
 
@@ -55,19 +56,21 @@ def read_settings(parameters: PrivateParameters) -> Settings:
     """Read the parameters.
 
     Raises:
-        UnsupportedError: clients are to be authenticated by rosauth, or to send BSON only, or only one of the two files
-            for TLS is given: a server that ignored this would accept clients that it must not, or none.
+        UnsupportedError: the parameters require rosauth or BSON, or name only one of the two files for TLS. A server
+            that ignored this would admit clients that it must not, or none at all.
     """
     if parameters.flag("authenticate", False):
         raise UnsupportedError(
-            "the parameter authenticate is not supported, so this server does not start: without it, limit who may "
-            "connect by PYROS1_ALLOW, or use `pyros1 web`, whose links contain a token"
+            "the parameter authenticate is not supported, so this server does not start: remove it, and restrict "
+            "access with PYROS1_ALLOW, or use `pyros1 web`, whose links contain a token"
         )
     if parameters.flag("bson_only_mode", False):
-        raise UnsupportedError("the parameter bson_only_mode is not supported: clients may send JSON, or get CBOR")
+        raise UnsupportedError(
+            "the parameter bson_only_mode is not supported: clients can send JSON, and receive JSON or CBOR"
+        )
     certificate, key = parameters.text("certfile", ""), parameters.text("keyfile", "")
     if bool(certificate) != bool(key):
-        raise UnsupportedError("for TLS, both parameters certfile and keyfile must name a file; for none, neither")
+        raise UnsupportedError("the parameters certfile and keyfile must both be set (for TLS), or neither")
     max_size = MAX_FRAME
     if parameters.value("max_message_size") != "None":
         max_size = parameters.integer("max_message_size", MAX_FRAME, 1)
@@ -90,14 +93,13 @@ def read_settings(parameters: PrivateParameters) -> Settings:
 
 
 def read_patterns(parameters: PrivateParameters, name: str) -> tuple[str, ...]:
-    """Return the patterns in a parameter such as ``['/camera/*', /odom]``; none, which stands for all names, if it is
-    empty.
+    """Return the patterns in a parameter such as ``['/camera/*', /odom]``; none if it is empty, which allows all names.
 
     Raises:
-        UnsupportedError: the parameter is no such text. A server that ignored it would show everything.
+        UnsupportedError: the parameter is not a list of patterns. A server that ignored it would show everything.
     """
     value: Any = parameters.value(name)
-    if isinstance(value, list) and all(isinstance(pattern, str) for pattern in value):  # as YAML makes it of the text
+    if isinstance(value, list) and all(isinstance(pattern, str) for pattern in value):  # already parsed as YAML
         return tuple(value)
     if value is None or value == "":
         return ()
@@ -108,7 +110,7 @@ def read_patterns(parameters: PrivateParameters, name: str) -> tuple[str, ...]:
 
 
 def options_in(args: Sequence[str]) -> dict[str, Any]:
-    """Return the parameters that options on the command line stand for, as in ``--port 9091``.
+    """Return the parameters that are set by command-line options such as ``--port 9091``.
 
     Args:
         args: the command line without the program's name and remappings.

@@ -1,4 +1,4 @@
-"""Keeps the frames over time in one tf buffer for the scenes of all pages, as long as a page displays a scene."""
+"""Keeps the robot's transforms in a tf buffer that the scenes of all pages share, while any page displays a scene."""
 
 from __future__ import annotations
 

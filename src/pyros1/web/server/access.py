@@ -50,7 +50,7 @@ class Access:
             ``http://localhost:8000``.
         topics: patterns such as ``/camera/*`` for the topics, services and parameters that pages may see; empty for
             all.
-        services, parameters: patterns for services and for parameters, in place of ``topics``; None if those apply.
+        services, parameters: patterns for services and for parameters, in place of ``topics``; None to use ``topics``.
         allowlist: decides which machines may connect; None for all machines that can reach the server.
         max_pages: maximum number of connected pages, programs and viewers.
         bags: folders whose bags pages may see, and into which they may record; also single bags that pages may see.
@@ -131,10 +131,10 @@ class Access:
             RequestError: pages are not allowed to see the name.
         """
         if not self.may_see(name):
-            raise RequestError(f"{name} is not among those that this server shows (--topics or topics_glob)")
+            raise RequestError(f"this server does not show {name} (--topics or topics_glob)")
 
     def visible_names(self, names: Iterable[str]) -> list[str]:
-        """Return those of the names that pages may see."""
+        """Return the names that pages may see."""
         return [name for name in names if self.may_see(name)]
 
 

@@ -50,7 +50,7 @@ PROTOCOL = Subprotocol("pyros1.v1")
 SOCKET_PATH = "/ws"
 """Path of the page's WebSocket."""
 PACKAGE_FILE_PATH = "/package_file"
-"""Path for requests of meshes and textures: ``/package_file?token=...&uri=package://NAME/PATH``."""
+"""Path of requests for meshes and textures: ``/package_file?token=...&uri=package://NAME/PATH``."""
 _CONTENT_TYPES = {
     "bmp": "image/bmp",
     "dae": "application/octet-stream",
@@ -72,7 +72,9 @@ _MAX_CONCURRENT_CALLS = 16
 _MAX_FINAL_REQUESTS = 64
 """Maximum number of a page's remaining requests that are handled after the page has disconnected."""
 _MAX_THREADS = 32
-"""Maximum number of threads for pushes, and also of the separate threads for calls, which may take a long time."""
+"""Maximum number of threads for pushes. The separate pool of threads for calls, which may take a long time, has the
+same limit.
+"""
 _MAX_LOGGED_ERRORS = 100
 _CLEANUP_PERIOD = 10.0
 """Seconds between cleanups of publishers that are no longer used."""

@@ -149,9 +149,7 @@ class Session:
         view_class = views.view_class(name)
 
         def on_update() -> None:
-            if (
-                not stream.has_update
-            ):  # otherwise nothing changes: the next push, at a known time, shows the newest data
+            if not stream.has_update:  # otherwise, the pending push will show the newest data
                 stream.has_update = True
                 self._wake()
 

@@ -1,12 +1,12 @@
 """A connection's transport to which any thread may write while no earlier bytes are waiting to be sent.
 
 A message that arrives in another thread can thus be sent from there. Passing it to the event loop would take longer
-than all the rest: the loop must be woken, and then the threads take turns with the interpreter's lock.
+than everything else: the loop must be woken, and the threads then compete for the interpreter's lock.
 
-The rule: a thread sends only while the system has accepted everything that was written before (CLEAR), and the system
-gets all bytes of a write before any of the next one. What the system does not accept waits for the event loop, and as
-long as anything waits, only the loop writes, in order. Each write is done while the lock is held, and the socket is
-closed while it is held, so frames cannot be interleaved, or written to a socket that has been closed.
+A thread sends only while the operating system has accepted everything written so far (CLEAR), and all bytes of one
+write are sent before the next write. Bytes that the system does not accept wait for the event loop; while any are
+waiting, only the loop writes, in order. The lock is held during each write and while the socket is closed, so frames
+cannot be interleaved or written to a closed socket.
 """
 
 from __future__ import annotations
@@ -25,26 +25,26 @@ _MAX_PIECES = 64
 
 
 class _State(Enum):
-    """What has happened to the bytes that were written.
+    """Where unsent bytes are, and so who may write.
 
     ::
 
         LOOP_ONLY  the loop shares the transport                     -> CLEAR or BUFFERED
         CLEAR      a thread sends more than the system accepts       -> PARTIAL
         CLEAR      the loop writes more than the system accepts      -> BUFFERED
-        PARTIAL    the loop takes the rest                           -> BUFFERED, or CLEAR if the system accepts it
+        PARTIAL    the loop takes over the rest                      -> BUFFERED, or CLEAR if the system accepts it
         BUFFERED   the loop finds its transport's buffer empty       -> CLEAR
         any        the loop closes the connection, or has lost it    -> LOOP_ONLY
     """
 
     LOOP_ONLY = auto()  # threads may not send
     CLEAR = auto()  # the system has accepted everything
-    PARTIAL = auto()  # the rest of what a thread has sent waits for the loop
-    BUFFERED = auto()  # the rest is in the buffer of the loop's transport
+    PARTIAL = auto()  # a thread's unsent bytes wait for the loop
+    BUFFERED = auto()  # unsent bytes are in the buffer of the loop's transport
 
 
 class SharedTransport(asyncio.Transport):
-    """A transport of an event loop, to which other threads may write as well: with `send`, the only method for them.
+    """An event loop's transport to which other threads may write, too. `send` is the only method that they may call.
 
     Args:
         transport: the loop's transport.
@@ -66,7 +66,8 @@ class SharedTransport(asyncio.Transport):
         self.lock = threading.Lock()
         self._state = _State.LOOP_ONLY
         self._rest: list[Piece] = []
-        # A descriptor of our own: a thread must not use a number that the loop has closed, and that is used again.
+        # A separate descriptor: the loop may close its own, whose number may then be reused while a thread still
+        # writes.
         self.socket: socket.socket | None = None
 
     def send(self, pieces: Sequence[Piece]) -> bool:
@@ -92,7 +93,7 @@ class SharedTransport(asyncio.Transport):
         return True
 
     def _pass_to_system(self, pieces: Sequence[Piece]) -> Sequence[Piece]:
-        """Return what the system has not accepted: ``pieces`` itself if it has accepted nothing."""
+        """Send pieces; return what the system has not accepted: ``pieces`` itself if it has accepted nothing."""
         assert self.socket is not None
         try:
             sent = self.socket.send(pieces[0]) if len(pieces) == 1 else self.socket.sendmsg(pieces[:_MAX_PIECES])
@@ -154,11 +155,11 @@ class SharedTransport(asyncio.Transport):
             return sum(map(len, self._rest)) + self._transport.get_write_buffer_size()
 
     def write_eof(self) -> None:
-        """End writing after everything that is still unsent."""
+        """Shut down writing after all unsent bytes have been sent."""
         self._close(self._transport.write_eof)
 
     def close(self) -> None:
-        """Close the connection after everything that is still unsent."""
+        """Close the connection after all unsent bytes have been sent."""
         self._close(self._transport.close)
 
     def abort(self) -> None:
@@ -174,7 +175,7 @@ class SharedTransport(asyncio.Transport):
         close()
 
     def lose(self) -> None:
-        """Send nothing any more: the connection has ended. This must be called before its socket is closed."""
+        """Stop sending, since the connection has ended. Must be called before its socket is closed."""
         with self.lock:
             self._state, self._rest = _State.LOOP_ONLY, []
             if self.socket is not None:
@@ -196,11 +197,11 @@ class SharedTransport(asyncio.Transport):
         return self._transport.can_write_eof()
 
     def set_write_buffer_limits(self, high: int | None = None, low: int | None = None) -> None:
-        """Set how many unsent bytes pause the writing."""
+        """Set the numbers of unsent bytes at which writing is paused and resumed."""
         self._transport.set_write_buffer_limits(high, low)
 
     def is_reading(self) -> bool:
-        """Return whether the connection is read."""
+        """Return whether the transport is reading."""
         return self._transport.is_reading()
 
     def pause_reading(self) -> None:
@@ -208,5 +209,5 @@ class SharedTransport(asyncio.Transport):
         self._transport.pause_reading()
 
     def resume_reading(self) -> None:
-        """Read again."""
+        """Resume reading."""
         self._transport.resume_reading()

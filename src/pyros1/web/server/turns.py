@@ -25,7 +25,7 @@ class _Holder(Enum):
 class Turns:
     """Whose turn it is to send. Not thread-safe: it belongs to a queue, and is used while the queue's lock is held.
 
-    As only one at a time sends, and threads send only when nothing is queued, messages keep their order.
+    Only one of them sends at a time, and threads send only when nothing is queued, so messages keep their order.
     """
 
     def __init__(self) -> None:

@@ -1,4 +1,4 @@
-"""What pages show of a bridge, from its status. Statuses come from other programs and may contain anything. No I/O."""
+"""Describes bridges for pages. A bridge's status comes from another program, and may contain anything (no I/O)."""
 
 from __future__ import annotations
 
@@ -18,16 +18,16 @@ def describe_bridge(node: str, status: Mapping[str, Any]) -> dict[str, Any] | No
     """Return a bridge as JSON; None if its status cannot be read.
 
     Args:
-        node: the name of its node.
-        status: its status.
+        node: the name of the bridge's node.
+        status: the bridge's status.
 
     Returns:
         - node, site: the node, and the name of the site that it belongs to
-        - link: why it has no connection; empty if it has one
-        - sites: other sites, each with name, state, round_trip in seconds or null, and nodes, those which stand in for
-          nodes there
-        - flows: topics that are exchanged, each with topic (its name here), site, out (whether it is sent there),
-          wanted (whether somebody subscribes), hz and bytes per second or null, and dropped, the number of messages for
+        - link: why the bridge has no connection; empty if it has one
+        - sites: other sites, each with name, state, round_trip in seconds or null, and nodes: local nodes that
+          represent nodes of the site
+        - flows: exchanged topics, each with topic (its local name), site, out (whether it is sent to the site), wanted
+          (whether it has subscribers), hz and bytes per second or null, and dropped: the number of dropped messages for
           each reason that is a problem
     """
     try:
@@ -78,7 +78,7 @@ def _flow(entry: Mapping[str, Any], site: object, out: bool, is_wanted: bool) ->
 
 def _text(value: object) -> str:
     if not isinstance(value, str):
-        raise TypeError("not a text")
+        raise TypeError("not a string")
     return value[:_MAX_TEXT]
 
 

@@ -25,9 +25,9 @@ class GamepadView(View):
     """Publishes what a page reads from a gamepad as sensor_msgs/Joy, like joy_node (https://wiki.ros.org/joy).
 
     A new state is published at once; the last one is repeated until the page releases the gamepad, is silent for
-    `pyros1.web.models.gamepad.SILENCE`, or closes the view, also by losing its connection. Then one message
-    with all axes and buttons at 0 is published. Only one view may publish on a topic at a time: with two, the robot
-    would follow both pages in turn.
+    `pyros1.web.models.gamepad.SILENCE` seconds, closes the view, or loses its connection. Then one message with all
+    axes and buttons at 0 is published. Only one view may publish on a topic at a time: with two, the robot would follow
+    both pages in turn.
 
     Args (sent by the page):
         topic, frame_id: the topic's name, and the frame of the messages; read when the view is opened.
@@ -51,7 +51,7 @@ class GamepadView(View):
         self._gamepad = RemoteGamepad()
         self._sent = self._subscribers = 0
         self._last_pushed: Any = None
-        # A state that is sent with the first request may be old by now; the page repeats it.
+        # Ignore the state in the first request, which may be outdated by now; the page repeats it.
         _, rate = self._read_args(args)
         if robot.gamepads.setdefault(self._topic, self) is not self:
             raise RequestError(f"another page is already publishing {self._topic}")
@@ -87,7 +87,8 @@ class GamepadView(View):
         return read_state(args.get("state")), number_arg(args, "hz", _MIN_RATE, _MAX_RATE, 20.0)
 
     def _publish_due(self) -> int:
-        # It may have been closed. To wait for its subscribers takes seconds, after which a state would be old.
+        # Advertise again, in case the publisher was closed. This may wait seconds for subscribers, so the state is read
+        # afterwards.
         self.robot.publishers.advertise(self._topic, _JOY_TYPE)
         state = self._gamepad.take(monotonic())
         if state is not None:

@@ -17,7 +17,7 @@ MAX_TEXT_LENGTH = 16 << 20
 """Maximum number of characters sent to a page."""
 _MIN_PERIOD = 1.0
 _MAX_POLL_FRACTION = 0.05
-"""Maximum share of time spent on requests: a long string, which takes long, is requested less often."""
+"""Maximum share of time spent on requests: long strings, which take long, are requested less often."""
 
 
 class ParamView(View):

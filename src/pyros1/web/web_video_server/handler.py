@@ -33,12 +33,13 @@ REQUEST_TIMEOUT = 10.0
 SEND_TIMEOUT = 10.0
 """Seconds within which a client must have read an image, or it is disconnected."""
 _MAX_SNAPSHOT_AGE = 1.0
-"""Age in seconds up to which the newest image of a stream is used for a snapshot."""
+"""Maximum age in seconds of a stream's newest image to be used for a snapshot."""
 _CHECK_PERIOD = 1.0
 """Seconds between checks of whether a client is still there while no images arrive."""
 _VIDEO_REPEATS = 0.2, 1.0
-"""Seconds after which the last image of a video is sent again, and then the period: browsers show an image only when
-the next one comes."""
+"""Seconds until a video's last image is repeated for the first time, and then between repetitions: browsers show an
+image only when the next one arrives.
+"""
 _CHUNK = 1 << 16
 _BOUNDARY = "boundarydonotcross"
 _IMAGE_TYPE, _INFO_TYPE = "sensor_msgs/Image", "sensor_msgs/CameraInfo"
@@ -182,11 +183,13 @@ class Handler(BaseHTTPRequestHandler):
         self.server.node.log.error("%s: %s", one_line(topic, 200), error, throttle=30)
 
     def _frames(self, source: Source, repeats: tuple[float, float], max_rate: float | None = None) -> Iterator[Frame]:
-        """Yield the newest image whenever the caller is ready for it, until the client or the source has gone.
+        """Yield the newest image whenever the caller is ready for it, until the client disconnects or the source is
+        closed.
 
         Args:
-            source: where the images come from.
-            repeats: seconds without another image after which the last one is yielded again, first and then always.
+            source: the source of the images.
+            repeats: seconds without a new image until the last one is repeated for the first time, and then between
+                repetitions.
             max_rate: the maximum number of images per second; None for all.
         """
         last: Frame | None = None
@@ -202,7 +205,7 @@ class Handler(BaseHTTPRequestHandler):
                     continue
             num_repeats = num_repeats + 1 if frame is None else 0
             last, yielded_at = frame or last, monotonic()
-            # An image may come up to one period early, so that the rate is kept if images come almost regularly.
+            # An image may be up to one period early, so that slightly irregular images do not reduce the rate.
             period = 1.0 / max_rate if max_rate else 0.0
             ready_at = max(ready_at, yielded_at - period) + period
             assert last is not None
@@ -218,7 +221,7 @@ class Handler(BaseHTTPRequestHandler):
         return None
 
     def _is_gone(self) -> bool:
-        """Return whether the client has disconnected. What it sends after its request is discarded."""
+        """Return whether the client has disconnected. Data that it sends after its request is discarded."""
         try:
             readable, _, _ = select.select([self.connection], [], [], 0)
             return bool(readable) and not self.connection.recv(_CHUNK)

@@ -17,7 +17,7 @@ from pyros1.web.web_video_server.video_options import VIDEO_TYPES
 from pyros1.web.web_video_server.videos import import_av
 
 _POLL_PERIOD = 0.2
-"""Seconds between checks of whether the server is to stop."""
+"""Seconds between checks of whether the server should stop."""
 
 
 class ListenError(Error):
@@ -28,7 +28,7 @@ def start(node: Node) -> VideoServer:
     """Serve images until the node shuts down.
 
     The parameters are ``~port`` (8080), ``~address`` (0.0.0.0), ``~default_stream_type`` (mjpeg), ``~publish_rate``
-    (per second; without a positive number, images are sent only as they arrive) and ``~verbose`` (true).
+    (repetitions per second; if it is not positive, images are sent only when they arrive) and ``~verbose`` (true).
 
     Raises:
         ListenError: the port is not available.

@@ -19,7 +19,7 @@ def list_page(image_topics: Iterable[str], camera_info_topics: Iterable[str]) ->
 
     Args:
         image_topics: the topics with images.
-        camera_info_topics: the topics with camera infos, by which those of each camera are grouped.
+        camera_info_topics: the CameraInfo topics, which determine the cameras by which the images are grouped.
     """
     remaining = sorted(image_topics)
     groups = ""
@@ -41,10 +41,10 @@ def viewer_page(topic: str, query: str, stream_type: str = "mjpeg") -> str:
     Args:
         topic: the stream's topic.
         query: the query of the stream's URL.
-        stream_type: its type.
+        stream_type: the stream's type.
     """
     source = f'src="/stream?{escape(query)}"'
-    # Browsers play videos by themselves only if these are muted.
+    # Browsers autoplay only muted videos.
     element = f"<video autoplay muted playsinline {source}></video>"
     body = element if stream_type in VIDEO_TYPES else f'<img alt="" {source}>'
     return _PAGE.format(title=escape(topic), body=f"<h1>{escape(topic)}</h1>{body}")

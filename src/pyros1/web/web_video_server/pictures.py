@@ -48,14 +48,14 @@ def compressed_type(message: Any) -> str:
 
 
 def to_8_bits(message: Any, is_inverted: bool = False) -> NDArray[np.uint8]:
-    """Return an image's pixels, in which depths are scaled so that the farthest is white.
+    """Return an image's pixels as 8-bit values; depths are scaled so that the farthest is white.
 
     Args:
         message: a sensor_msgs/Image or sensor_msgs/CompressedImage.
         is_inverted: whether to turn the image by 180 degrees.
 
     Returns:
-        An array of shape (height, width, 1, 3 or 4); colours begin with red.
+        An array of shape (height, width, 1, 3 or 4); colours are RGB or RGBA.
 
     Raises:
         MessageError: the image cannot be read, or its encoding is not supported.
@@ -79,7 +79,7 @@ def _scale(pixels: NDArray[Any]) -> NDArray[np.uint8]:
     with np.errstate(over="ignore"):
         values = np.nan_to_num(pixels.astype(np.float32), nan=0.0, posinf=0.0, neginf=0.0)
     largest = float(values.max())
-    factor = min(255.0 / largest, 1e38) if largest > 0.0 else 1.0  # a float32, also for the least depths
+    factor = min(255.0 / largest, 1e38) if largest > 0.0 else 1.0  # fits in a float32 even for tiny depths
     return to_uint8(np.clip(values * factor, 0.0, 255.0))
 
 

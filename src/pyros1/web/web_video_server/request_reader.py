@@ -1,4 +1,4 @@
-"""Reads a request from a connection, which must be complete in time."""
+"""Reads a request from a connection within a time limit."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from typing import Any
 
 
 class RequestReader(io.RawIOBase):
-    """The bytes of a connection until a deadline, however slowly they come.
+    """Reads a connection's bytes until a deadline, however slowly they arrive.
 
-    A timeout of the socket would begin anew with each byte, so that a few clients could occupy all connections.
+    A socket timeout would start again with each byte, so a few slow clients could occupy all connections.
 
     Args:
         connection: the connection.
-        seconds: after how many seconds reading fails with a TimeoutError.
+        seconds: seconds after which reading raises TimeoutError.
         clock: returns the time in seconds.
     """
 

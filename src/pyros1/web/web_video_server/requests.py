@@ -1,4 +1,4 @@
-"""What the URLs of web_video_server ask for (no I/O)."""
+"""Parses the URLs of web_video_server (no I/O)."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class Rendering:
     Attributes:
         format: "jpeg" or "png".
         quality: the JPEG quality from 1 to 100, or the PNG compression level from 0 to 9.
-        width, height: the size to scale to, in pixels; None for that of the image.
+        width, height: the size to scale to, in pixels; None to keep the image's.
         is_inverted: whether images are turned by 180 degrees.
     """
 
@@ -55,11 +55,11 @@ class Request:
     Attributes:
         path: "/", "/stream", "/stream_viewer" or "/snapshot".
         query: the URL's query, for the page of ``/stream_viewer``.
-        topic: the topic with images as the URL has it; empty if it has none.
+        topic: the image topic as written in the URL; empty if the URL has none.
         stream_type: one of `STREAM_TYPES`.
         transport: how the images are sent to this node: "raw" or "compressed".
-        rendering: how they are converted.
-        video: how they are encoded if the type of the stream is one of `VIDEO_TYPES`.
+        rendering: how the images are converted to files.
+        video: how the video is encoded if ``stream_type`` is one of `VIDEO_TYPES`.
     """
 
     path: str
@@ -72,14 +72,14 @@ class Request:
 
 
 def parse_request(url: str, default_type: str = "mjpeg") -> Request:
-    """Return what a URL asks for.
+    """Parse a URL, and return the request in it.
 
     Args:
         url: path and query.
-        default_type: the type of streams for which the URL has no type.
+        default_type: the stream type if the URL has none.
 
     Raises:
-        RequestProblem: there is no such page, type of stream or transport, or the topic is missing.
+        RequestProblem: the page, stream type or transport does not exist, or the topic is missing.
     """
     try:
         parts = urlsplit(url)
@@ -117,7 +117,7 @@ def _rendering(texts: dict[str, str], stream_type: str) -> Rendering:
 
 
 def _dimension(texts: dict[str, str], name: str) -> int | None:
-    """Return a width or height; None, for the image's own, if it is missing or -1."""
+    """Return a width or height; None, which keeps the image's, if it is missing or -1."""
     size = parse_integer(texts.get(name), -1, -2, MAX_SIDE + 1)
     if size == -1:
         return None

@@ -1,6 +1,6 @@
 """Listens for the clients of web_video_server, with a thread for each connection.
 
-As with the original, anyone who can reach the port sees the images; PYROS1_ALLOW limits it to some machines.
+As with the original, anyone who can reach the port can see the images; PYROS1_ALLOW restricts access to some machines.
 """
 
 from __future__ import annotations
@@ -35,8 +35,8 @@ class VideoServer(ThreadingHTTPServer):
     Args:
         node: the node that subscribes to the images.
         address, port: the address and port to listen on; port 0 stands for any free port.
-        default_type: the type of streams for which a URL has none.
-        publish_rate: how often per second the newest image of a stream is sent again if no other arrives; 0 for never.
+        default_type: the stream type for URLs without one.
+        publish_rate: how often per second a stream's newest image is repeated if no other arrives; 0 for never.
         is_verbose: whether requests are logged.
         allowlist: decides which machines may connect; None for all.
 
@@ -99,7 +99,7 @@ class VideoServer(ThreadingHTTPServer):
         super().shutdown_request(request)
 
     def handle_error(self, request: Any, client_address: Any) -> None:
-        """Ignore that a client has disconnected; other errors are bugs, and logged."""
+        """Ignore disconnections by clients; log other errors, which are bugs."""
         error = sys.exc_info()[1]
         if not isinstance(error, OSError):
             self.node.log.error("a request failed: %s", one_line(repr(error), 300))
@@ -142,5 +142,5 @@ class VideoServer(ThreadingHTTPServer):
 
 
 def describe(error: OSError) -> str:
-    """Return what is wrong, in the system's words."""
+    """Return the system's error message."""
     return os.strerror(error.errno) if error.errno and error.errno > 0 else str(error.strerror or error)

@@ -18,7 +18,7 @@ class Frame(NamedTuple):
     """An image that arrived.
 
     Attributes:
-        number: the number of images that arrived before, plus one.
+        number: the image's number, counted from 1.
         message: the image.
         arrived_at: the monotonic time in seconds.
     """
@@ -80,7 +80,7 @@ class Source:
             return None if self._closed else self._frame
 
     def encode(self, frame: Frame, rendering: Rendering) -> bytes:
-        """Return an image as a file; if several streams ask for the same, it is made once.
+        """Return an image as a file, which is made only once if several streams request the same.
 
         Raises:
             MessageError: the image cannot be converted.
@@ -89,7 +89,7 @@ class Source:
             number, data = self._encoded.get(rendering, (0, b""))
             if number != frame.number:
                 data = render(frame.message, rendering)
-                if len(self._encoded) >= self.num_users:  # some are of streams that have ended
+                if len(self._encoded) >= self.num_users:  # some belong to streams that have ended
                     self._encoded.clear()
                 self._encoded[rendering] = frame.number, data
             return data
@@ -141,7 +141,7 @@ class Sources:
                     source.close()
 
     def close(self) -> None:
-        """Close all sources, and those that are used from now on."""
+        """Close all sources, including any that are requested later."""
         with self._lock:
             self._closed = True
             for source in self._sources.values():

@@ -1,4 +1,4 @@
-"""How videos are encoded, as the URLs of web_video_server say (no I/O)."""
+"""Parses the video options in the URLs of web_video_server (no I/O)."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 VIDEO_TYPES = ("h264", "vp8", "vp9")
-"""The types of streams that are videos, and not one image file after the other."""
+"""The stream types that are videos rather than sequences of image files."""
 _PRESETS = ("ultrafast", "superfast", "veryfast", "faster", "fast", "medium", "slow", "slower", "veryslow", "placebo")
 _QUALITIES = ("realtime", "good", "best")
 _MIN_BITRATE, _MAX_BITRATE = 1000, 100_000_000
@@ -18,13 +18,13 @@ class VideoOptions:
     """How a video is encoded. The defaults are those of the original.
 
     Attributes:
-        bitrate: bits per second; None if the URL has none, which stands for 100000 with VP8 and VP9, and for a constant
-            quality with H.264.
+        bitrate: bits per second; None if the URL has none: then 100000 for VP8 and VP9, and a constant quality for
+            H.264.
         qmin, qmax: the best and the worst quantization: 0 to 51 with H.264, 0 to 63 with VP8 and VP9.
         gop: the maximum number of images from one key frame to the next.
         framerate: the maximum number of images per second; None for all.
-        preset: how much time H.264 takes to compress better: "ultrafast" to "placebo".
-        quality: the same for VP8: "realtime", "good" or "best".
+        preset: the preset of H.264, from "ultrafast" to "placebo", the slowest with the best compression.
+        quality: the deadline of VP8: "realtime", "good" or "best".
     """
 
     bitrate: int | None = None
@@ -37,7 +37,7 @@ class VideoOptions:
 
 
 def parse_video_options(texts: Mapping[str, str], stream_type: str) -> VideoOptions:
-    """Return the options in a URL's query. As in the original, anything but a number or a known word means the default.
+    """Return the options in a URL's query. As in the original, malformed values mean the default.
 
     Args:
         texts: the fields of the query.
@@ -60,7 +60,7 @@ def parse_video_options(texts: Mapping[str, str], stream_type: str) -> VideoOpti
 
 
 def parse_integer(text: str | None, default: int, minimum: int, maximum: int) -> int:
-    """Return a number, at least the minimum and at most the maximum; the default if the text is none."""
+    """Return a number, limited to a range; the default if the text is not a number."""
     try:
         number = int(text[:20]) if text else default
     except ValueError:

@@ -1,6 +1,6 @@
-"""Encodes images as a video that a browser can play while it comes. Needs PyAV.
+"""Encodes images as a video that a browser can play as it arrives. Needs PyAV.
 
-Each image is written as soon as the next one comes: the containers store how long an image is shown.
+Each image is written only when the next one arrives, since containers store how long an image is shown.
 """
 
 from __future__ import annotations
@@ -22,7 +22,9 @@ _DEFAULT_BITRATE = 100_000
 _CRF = "20"
 """The constant quality of H.264 and VP9."""
 _USUAL_FRAME_RATE = 30
-"""Images per second that encoders are told to expect, if the URL says nothing; the video has those of the images."""
+"""Images per second that encoders are told to expect if the URL has no framerate. The video's actual rate is the
+images'.
+"""
 _PIXEL_FORMATS = {1: "gray", 3: "rgb24", 4: "rgba"}
 
 
@@ -48,10 +50,10 @@ def import_av(stream_type: str) -> Any:
     """Import and return PyAV.
 
     Args:
-        stream_type: the type of streams for which it is needed.
+        stream_type: the stream type that needs PyAV.
 
     Raises:
-        Error: it is not installed, or cannot encode such streams.
+        Error: PyAV is not installed, or cannot encode such streams.
     """
     hint = "pip install 'pyros1[video]', or use type=mjpeg"
     try:
@@ -60,7 +62,7 @@ def import_av(stream_type: str) -> Any:
         raise Error(f"streams of the type {stream_type} need PyAV ({error}): {hint}") from None
     codec = _CODECS[stream_type].name
     if codec not in av.codecs_available:
-        raise Error(f"streams of the type {stream_type} need a PyAV with the encoder {codec}, as on PyPI: {hint}")
+        raise Error(f"streams of the type {stream_type} need PyAV with the encoder {codec}, like PyPI's: {hint}")
     return av
 
 
@@ -69,8 +71,9 @@ class Video:
 
     Args:
         stream_type: one of `VIDEO_TYPES`.
-        options: how it is encoded.
-        width, height: its size in pixels, made even as the encoders need it; None for that of the first image.
+        options: how the video is encoded.
+        width, height: the video's size in pixels, rounded up to even numbers for the encoders; None for the first
+            image's.
 
     Raises:
         Error: PyAV is not installed, or cannot encode such videos.
@@ -121,7 +124,7 @@ class Video:
     def _open(self, pixels: NDArray[np.uint8], now: float) -> None:
         width, height = self._size[0] or pixels.shape[1], self._size[1] or pixels.shape[0]
         if max(width, height) > MAX_VIDEO_SIDE:
-            text = f"the image has {width}x{height} pixels, and videos at most {MAX_VIDEO_SIDE} in each direction"
+            text = f"the image has {width}x{height} pixels; videos can have at most {MAX_VIDEO_SIDE} in each direction"
             raise MessageError(f"{text}: add width=... and height=... to the URL")
         options, codec = self._options, self._codec
         self._container = self._av.open(
@@ -139,13 +142,13 @@ class Video:
         options = self._options
         common = {"g": str(options.gop), "bf": "0", "qmin": str(options.qmin), "qmax": str(options.qmax)}
         if self._codec.name == "libx264":
-            # As in the original, the quality is constant; a bitrate in the URL, which has no effect there, limits it.
+            # As in the original, the quality is constant. A bitrate in the URL is the maximum; the original ignores it.
             limit = {"maxrate": str(options.bitrate), "bufsize": str(options.bitrate)} if options.bitrate else {}
             return {"preset": options.preset, "tune": "zerolatency", "crf": _CRF, **common, **limit}
         common |= {"b": str(options.bitrate or _DEFAULT_BITRATE), "cpu-used": "8", "lag-in-frames": "0"}
         if self._codec.name == "libvpx":
             return {"deadline": options.quality, "auto-alt-ref": "0", **common}
-        level = min(max(int(_CRF), options.qmin), options.qmax)  # others are refused
+        level = min(max(int(_CRF), options.qmin), options.qmax)  # the encoder rejects other values
         return {"deadline": "realtime", "crf": str(level), **common}
 
     def close(self) -> None:
@@ -161,7 +164,7 @@ class Video:
 
 
 class _Sink:
-    """Where PyAV writes the video."""
+    """The file-like object to which PyAV writes the video."""
 
     def __init__(self) -> None:
         self._parts: list[bytes] = []

@@ -74,7 +74,7 @@ def read_rviz(content: str, resolve: Callable[[str], str]) -> RvizFile:
         RvizFileError: this is not an rviz file. The error message says why, without the file's name.
     """
     if len(content) > MAX_FILE_SIZE:
-        raise RvizFileError(f"is longer than {MAX_FILE_SIZE} characters, which no rviz file is")
+        raise RvizFileError(f"is not an rviz file: it is longer than {MAX_FILE_SIZE} characters")
     try:
         data = load_yaml(content)
     except YamlError as error:
