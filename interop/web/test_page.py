@@ -38,7 +38,7 @@ def test_the_page_says_that_it_loads(browser: Browser, web: Web) -> None:
     driver.execute_cdp_cmd("Network.setBlockedURLs", {"urls": ["*/lib/*"]})
     try:
         browser.open(web.page(""))
-        browser.wait_for_text("The page loads")
+        browser.wait_for_text("Loading …")
     finally:
         driver.execute_cdp_cmd("Network.setBlockedURLs", {"urls": []})
         driver.execute_cdp_cmd("Network.disable", {})

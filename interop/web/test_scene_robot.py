@@ -165,7 +165,7 @@ def test_links_move_with_tf(browser: Browser, web: Web, make_node: Callable[...,
         + "</robot>",
     )
     show(browser, web.link, "r: 3 links")
-    browser.wait_for_text("no tf of its links: all joints are drawn at 0")
+    browser.wait_for_text("no transforms (tf) of its links: all joints are drawn at 0")
     place = f"{ROBOT}.links.get('hand').group.position.toArray()"
     assert browser.run(f"return {place}") == [0, 0, 2]
     broadcaster = StaticTransformBroadcaster(node)

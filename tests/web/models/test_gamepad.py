@@ -1,4 +1,4 @@
-"""When a page's gamepad is published, and when all of it is let go."""
+"""When a page's gamepad is published, and when everything on it is released."""
 
 from __future__ import annotations
 

@@ -326,10 +326,10 @@ def _is_quick(ready_frames: list[Frame], arrivals: list[tuple[TopicQueue, Arriva
 
 
 def _may_send_now(queue: TopicQueue, arrival: Arrival) -> bool:
-    """Return whether a message may be encoded in the thread in which it arrives: the topic's other clients wait for it.
+    """Return whether a message may be encoded in the thread in which it arrives, while the topic's other clients wait.
 
-    Large arrays that are not converted, or only to base64, are no reason to use another thread: it would need the
-    interpreter's lock for the same time.
+    Large arrays that are not converted, or only to base64, are no reason to use another thread, which would hold the
+    interpreter's lock for just as long.
     """
     size = len(arrival.raw._buff)
     if queue.fragment_size is not None or queue.compression == "png":

@@ -40,7 +40,7 @@ the frames.
 _MAX_LARGE_INPUTS = 1
 _MAX_BATCH_FRAMES = 64
 _BATCH_BYTES = 256 << 10
-"""Size in bytes of the frames that are created and sent at a time; at least one is, whatever its size."""
+"""Size in bytes of the frames that are created and sent at a time; at least one frame is, whatever its size."""
 _POLL_PERIOD = 0.02
 """Seconds between checks of whether the client has read its responses."""
 _START_TIMEOUT = 10.0
@@ -210,7 +210,7 @@ class _Driver:
             await send_frames(self._connection, batch)  # the only wait for a slow client
 
     def _on_wake(self) -> None:
-        """Send what is due; called in the loop's thread.
+        """Send due frames; called in the loop's thread.
 
         As long as the client keeps up, frames are sent here, since waking the sending task would double the time.
         """

@@ -132,7 +132,7 @@ def _start_of_publish_cbor(topic: str) -> bytes:
 
 
 def _write_cbor(value: Any, pieces: list[Any], cbor2: Any) -> None:
-    """Add the encoded value to ``pieces``. Large data is added as it is, since cbor2 would copy it several times."""
+    """Add the encoded value to ``pieces``. Large data is added without cbor2, which would copy it several times."""
     if isinstance(value, dict) and any(_contains_large_data(child) for child in value.values()):
         pieces.append(_cbor_head(_CBOR_MAP, len(value)))
         for name, child in value.items():

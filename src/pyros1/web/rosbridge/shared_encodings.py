@@ -48,7 +48,7 @@ class SharedEncodings:
             form: the client's form of compression.
             topic: the topic's name as sent by the client.
             encode: creates the frame.
-            may_wait: whether to wait if another thread is just encoding the message; otherwise encode it once more.
+            may_wait: whether to wait if another thread is already encoding the message; otherwise it is encoded again.
 
         Raises:
             Error: raised by ``encode``.

@@ -129,7 +129,7 @@ class InteractiveMarkers:
             version, previous = self._markers[key]
             if previous == description:
                 return
-            # A server may resend a whole marker of which only the pose has changed.
+            # A server may resend a whole marker although only its pose has changed.
             if previous | {name: description[name] for name in _POSE_FIELDS} == description:
                 self._markers[key], self._moved[key] = (version, description), self._version
                 return

@@ -77,7 +77,7 @@ class JointsView(View):
         try:
             self._apply_args(args)
         except _PublishedElsewhereError:
-            # The other view may be that of this page's previous connection, which may not have been closed yet.
+            # The other view may belong to this page's previous connection, if that has not been closed yet.
             self._deferred_args = args
         except BaseException:
             self.close()

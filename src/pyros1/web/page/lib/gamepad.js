@@ -1,4 +1,4 @@
-// What sensor_msgs/Joy says of a gamepad, in the order of joy_node on Linux, so that its users' settings fit.
+// Convert a gamepad's state to sensor_msgs/Joy, in the order of joy_node on Linux, so that existing settings can be used.
 //
 // Browsers number the axes and buttons of all common gamepads in the same way, the "standard" mapping of
 // https://www.w3.org/TR/gamepad/#remapping; Linux numbers them differently for each kind of gamepad.
@@ -64,7 +64,7 @@ export function joyAxis(value, deadzone) {
   return Number.isFinite(size) && size > 0 ? -Math.sign(value) * size : 0;
 }
 
-// One gamepad. As in joy_node, an axis is 0 until it has moved: a trigger that is not pressed is at 1 afterwards.
+// One gamepad. As in joy_node, an axis is 0 until it first moves; after that, a trigger that is not pressed is at 1.
 export class JoyReader {
   constructor(order) {
     this.order = order;
@@ -86,8 +86,8 @@ export class JoyReader {
   }
 }
 
-// Decides when a state is sent to the server: at once if it is new, otherwise every KEEP_ALIVE milliseconds, without which the
-// server stops the robot. Letting go is sent once, as null.
+// Decides when a state is sent to the server: at once if it is new, otherwise every KEEP_ALIVE milliseconds, or else the
+// server stops the robot. The release of the gamepad is sent once, as null.
 const KEEP_ALIVE = 100;
 
 export class Sender {

@@ -21,7 +21,7 @@ const BAYER = /^bayer_(rggb|bggr|gbrg|grbg)(8|16)$/; // colours at (even row, ev
 const MAX_PIXELS = 40e6;
 
 // Return {pixels: ImageData, least, most} of an image, or throw an Error that explains what is wrong.
-// range: [least, most], the values drawn as black and white; null uses those of the image.
+// range: [least, most], the values drawn as black and white; null to use the image's.
 export function pixelsOf({ encoding, width, height, step, bigendian }, data, range) {
   const kind = encoding.trim().toLowerCase();
   if (!width || !height) throw new Error(`an image of ${width} x ${height} pixels`);

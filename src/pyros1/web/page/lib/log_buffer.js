@@ -2,7 +2,7 @@
 
 const SLACK = 1.2; // factor by which the limits may be exceeded before entries are dropped
 
-// Strings in an entry, and in lists within it, count.
+// The length counts the strings in an entry, and in lists within it.
 export class LogBuffer {
   constructor(maxEntries, maxCharacters) {
     this.maxEntries = maxEntries;

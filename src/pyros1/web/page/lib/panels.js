@@ -4,7 +4,7 @@
 // title: "Plot",                  // of its tab
 //     description: "numbers over time",
 // order: 30,                      // of its tab, from left to right
-// rare: true,                     // its tab appears only once the panel was shown
+// rare: true,                     // its tab appears only after the panel has been shown
 // layout: {...},                  // initial layout of its tab; without it, just the panel
 // mount(place) -> {unmount()}     // show the panel; place is:
 //   }

@@ -96,7 +96,7 @@ export class Robot extends EventTarget {
     try {
       response = await this.call("page.about");
     } catch {
-      return; // asked again by the next connection
+      return; // the next connection will ask again
     }
     const { trouble, ...about } = response;
     this.about = about;
@@ -164,7 +164,7 @@ export class Robot extends EventTarget {
     const next = () => requestAnimationFrame(() => this._streams.has(message.stream) && this._send({ next: message.stream }));
     let drawn;
     try {
-      if (stream.failed) stream.on.problem?.(""); // only then: a problem that the panel itself shows stays
+      if (stream.failed) stream.on.problem?.(""); // only then, since a problem that the panel itself reports must stay
       stream.failed = false;
       drawn = stream.on.data(message.data, blob);
     } finally {

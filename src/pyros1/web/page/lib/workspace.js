@@ -21,7 +21,7 @@ export class Workspace {
     this._bodies = new Map();
     this._banner = h("div.banner", { role: "alert", hidden: true });
     this._place = h("div.place");
-    fill(root, this._banner, this._place); // this replaces the text that says that the page is loading
+    fill(root, this._banner, this._place); // this replaces the text "Loading …"
   }
 
   show(tree) {

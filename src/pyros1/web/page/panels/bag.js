@@ -207,7 +207,7 @@ class BagPanel {
     this.player.selected();
   }
 
-  // The user seeks a time.
+  // The user has moved the cursor.
   seek(time) {
     if (!this.facts) return;
     this._moved(time, false);

@@ -1,4 +1,4 @@
-// A gamepad at this computer, published as sensor_msgs/Joy like joy_node does.
+// A gamepad connected to this computer, published as sensor_msgs/Joy like joy_node does.
 
 import { command, empty, fill, h } from "../lib/dom.js";
 import { JoyReader, ORDERS, Sender, names } from "../lib/gamepad.js";
@@ -6,12 +6,12 @@ import { plural } from "../lib/format.js";
 import { outcome } from "../parts/widgets.js";
 
 const TELEOP = "pyros1 run teleop_twist_joy teleop_node _enable_button:=2 _axis_linear:=1 _axis_angular:=0";
-const AWAY = 500; // milliseconds without news after which the server lets go
+const AWAY = 500; // milliseconds without a state after which the server assumes that the gamepad was released
 const DEFAULTS = { topic: "/joy", frame: "gamepad", deadzone: 0.05, hz: 20, order: "xbox" };
 
 export default {
   title: "Gamepad",
-  description: "a gamepad at this computer, as a joystick of the robot",
+  description: "a gamepad connected to this computer, as the robot's joystick",
   order: 78,
   rare: true,
   mount: (place) => new Gamepads(place),
@@ -28,7 +28,7 @@ class Gamepads {
     this.outcome = outcome();
     this.reader = new JoyReader(this.settings.order);
     this.pad = null;
-    this.choice = null; // which pad, also while it is unplugged
+    this.choice = null; // the chosen pad, kept while it is unplugged
     this.idle = ""; // why nothing is pressed
     this.stream = null;
     this.sender = null;
@@ -36,14 +36,14 @@ class Gamepads {
       document.head.append(h("link", { id: "gamepad-style", rel: "stylesheet", href: "panels/gamepad.css" }));
     }
     this._build();
-    // It must not start to publish by itself, perhaps much later.
+    // Publishing must not restart by itself after a reconnect, perhaps much later.
     this.onState = () => {
       if (this.stream && place.robot.state !== "connected") this._stop("the connection was lost, so publishing has stopped");
     };
     this.onAbout = () => this._state();
     place.robot.addEventListener("state", this.onState);
     place.robot.addEventListener("about", this.onAbout);
-    // Nothing is drawn while the page is hidden, so these say it is.
+    // A hidden page draws nothing, so these events must release the gamepad.
     this.onLeave = () => this._update(null);
     document.addEventListener("visibilitychange", this.onLeave);
     window.addEventListener("blur", this.onLeave);
@@ -79,9 +79,9 @@ class Gamepads {
       field("Hz", "hz", { type: "number", className: "num", min: 5, max: 100, step: 1, title: "how often an unchanged state is published" }),
       h("label.check", { title: "which axis and button has which number" }, "numbered", this.order));
     const missing = "getGamepads" in navigator ? "Connect one to this computer and press one of its buttons: browsers show a gamepad only then."
-      : "This browser gives gamepads only to pages at localhost and https addresses. From another machine, use a tunnel: ssh -L 9090:localhost:9090 ROBOT";
+      : "This browser allows only pages at localhost or https addresses to use gamepads. From another machine, use a tunnel: ssh -L 9090:localhost:9090 ROBOT";
     this.hint = h("div.hint", {}, empty("No gamepad yet", missing,
-      h("span", {}, "What turns it into commands for a robot: ", command(TELEOP))));
+      h("span", {}, "To turn its state into commands for a robot: ", command(TELEOP))));
     this.name = h("div.gamepad-name.muted");
     this.axes = h("div.gamepad-axes");
     this.buttons = h("div.gamepad-buttons");
@@ -128,7 +128,7 @@ class Gamepads {
   }
 
   _stop(problem = "") {
-    this.stream?.close(); // the server then publishes that all was let go
+    this.stream?.close(); // the server then publishes a state with everything released
     this.stream = this.sender = null;
     this.status = null;
     this.outcome.fail(problem);
@@ -152,14 +152,14 @@ class Gamepads {
     this.frameRequest = requestAnimationFrame(() => this._frame());
     const pads = connectedPads();
     this._list(pads);
-    // While it is published, no other one takes its place.
+    // While a gamepad is published, no other one replaces it.
     const pad = pads.find((each) => isSame(each, this.choice)) ?? (this.stream ? null : pads[0]) ?? null;
     if (pad && !(this.pad && isSame(pad, this.pad))) this._adopt(pad);
     else if (!pad && this.pad) this._lose();
     this.pad = pad;
     const before = this.idle;
-    this.idle = !pad ? "the gamepad is gone, so all is let go" : inUse() ? "" : "this window is not in use, so all is let go";
-    // Who comes back with a stick pushed does not drive before it moves; the same after the page was frozen.
+    this.idle = !pad ? "the gamepad is gone, so everything is released" : inUse() ? "" : "this window is not in use, so everything is released";
+    // If the user returns with a stick pushed, the robot does not move until the stick does; also after the page was frozen.
     const now = performance.now();
     if ((before && !this.idle) || now - this.frameAt > AWAY) this.reader = new JoyReader(this.settings.order);
     this.frameAt = now;
@@ -239,7 +239,7 @@ function isSame(one, other) {
   return one.index === other?.index && one.id === other?.id;
 }
 
-// Whether the person at this computer looks at this page, and nothing else gets the keyboard.
+// Whether this page is visible and has the keyboard focus.
 function inUse() {
   return document.visibilityState === "visible" && document.hasFocus();
 }

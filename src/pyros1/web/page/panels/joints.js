@@ -121,7 +121,7 @@ class Joints {
     const { facts } = this;
     this.rows = facts.joints.map((joint) => new Row(joint, this));
     if (!facts.there) {
-      fill(this.list, empty("No robot here", `The parameter ${facts.description} describes it, in URDF; a launch file sets it. Try:`,
+      fill(this.list, empty("No robot here", `Its URDF would be in the parameter ${facts.description}, which a launch file sets. Try:`,
         command("pyros1 launch two_wheeler display.launch")));
     } else if (!facts.joints.length) {
       fill(this.list, empty("No movable joints", "The robot's description has no movable joints."));

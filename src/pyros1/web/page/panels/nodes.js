@@ -1,4 +1,4 @@
-// All nodes; details of one: process, topics, services, logger levels and actions.
+// All nodes; for the selected one, its process, topics, services, logger levels and actions.
 
 import { command, empty, fill, h } from "../lib/dom.js";
 import { Action } from "../parts/action.js";

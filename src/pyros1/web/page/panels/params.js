@@ -81,7 +81,7 @@ class Parameters {
         for (const name of newServers) if (types[name]) this.servers.set(name, types[name] === RECONFIGURE_TYPE); // undefined: it did not respond
       }
     } catch {
-      return; // asked again after the next change
+      return; // types are requested again after the next change
     } finally {
       this.isRequesting = false;
     }

@@ -39,7 +39,7 @@ class Plot {
       redraw: () => this._layOut(),
     });
     this.range = null; // the zoomed range; null follows the newest data
-    this.now = null; // of the robot
+    this.now = null; // the robot's time
     this.nowAt = 0; // when that was received
     this.charts = [];
     this.lines = [];

@@ -9,7 +9,7 @@ import { ViewChoice } from "../lib/scene/view_choice.js";
 
 const COLOURS = ["#1c7ed6", "#e8590c", "#2f9e44", "#9c36b5", "#e03131", "#0c8599", "#f08c00", "#6741d9"];
 const LIBRARY_MODULES = ["stage", "displays", "frames", "tools", "robot_model", "interactive_markers", "interaction", "overlay", "camera_view", "efforts", "select_tool"];
-const FRAMES_KEY = "frames"; // keys of displays: these, and those of display_kinds.js
+const FRAMES_KEY = "frames"; // keys of displays; display_kinds.js has the others
 const GRID_KEY = "grid";
 
 /**
@@ -182,7 +182,7 @@ class Scene {
     this.look.follow();
   }
 
-  // The available frames: those of tf, and those of messages. Without tf, the first display's frame is fixed.
+  // The available frames: from tf, and from messages. Without tf, the first display's frame is the fixed frame.
   _updateFrameChoices() {
     const { fixed, names, lost } = this.lastFrames;
     const shownFrames = [...new Set([...this.displays.values()].map(({ display }) => display.frame).filter(Boolean))];

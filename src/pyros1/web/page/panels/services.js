@@ -1,4 +1,4 @@
-// All services; of one, a form for the request, and the response.
+// All services; for the selected one, a form for the request, and the response.
 
 import { command, empty, fill, h } from "../lib/dom.js";
 import { Editor } from "../parts/editor.js";
@@ -38,7 +38,7 @@ class Services {
         { title: "node", text: (row) => row.nodes.join(" "), width: "minmax(0, 1fr)", least: 560 },
       ],
       details: (row) => this._details(row),
-      empty: () => empty("No services", this.all ? "The services of running nodes appear here." : "“Loggers” shows the ones that every node has.", command("pyros1 run turtlesim turtlesim_node")),
+      empty: () => empty("No services", this.all ? "The services of running nodes appear here." : "“Loggers” also shows the logger services that every node has.", command("pyros1 run turtlesim turtlesim_node")),
     });
     this.tablePanel.extra = { all: this.all };
     this.stream = place.robot.stream("system", {}, {
@@ -77,7 +77,7 @@ class Services {
         this._show();
       }
     } catch {
-      // the server or the master is unreachable; asked again after the next change
+      // the server or the master is unreachable; types are requested again after the next change
     } finally {
       this.isRequesting = false;
     }

@@ -1,4 +1,4 @@
-// All topics with their rates; of one, its messages, a form to publish, and its definition.
+// All topics with their rates; for the selected one, its messages, a form to publish, and its definition.
 
 import { command, empty, fill, h } from "../lib/dom.js";
 import { bytes, rate } from "../lib/format.js";

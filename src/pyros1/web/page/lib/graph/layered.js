@@ -117,7 +117,7 @@ function coordinates(layers, sizes, aspect) {
   return places;
 }
 
-// Choose the number of rows whose overall shape is closest to that of the element.
+// Choose the number of rows that gives the overall shape closest to the element's.
 function wrapRows(columns, aspect) {
   const total = columns.reduce((sum, { width, room }) => sum + width + room, 0);
   let [best, found] = [Infinity, [columns]];

@@ -3,16 +3,15 @@
 // layout(what) takes
 //   {boxes: [{id, width, height, group}], edges: [{id, from, to, width, height}], groups: [{name, parent}], down, room: [width, height]}
 // down: prefer top to bottom over left to right; the one that fits better is used
-// width and height of an edge are those of its label; 0 without one
+// width and height of an edge: the size of its label; 0 without a label
 // and returns
 //   {boxes: {id: [x, y]}, edges: {id: {points: [x, y, ...], label: [x, y]}}, frames: {group: [x, y, width, height]}, width, height, down}
 // x and y are centres; an edge has POINTS points.
 //
 // Unconnected parts are laid out one by one and then packed. dagre gives the best layout, but takes minutes for a thousand
 // boxes; above MAX_FOR_DAGRE a simpler method is used, with namespaces as boxes that contain boxes.
-//
-// Where sites send, all sites stand before their bridge, and what goes to them is laid out as if it came from there.
-// Otherwise, they would stand among the topics that come out of the bridge, and all that they send would go around these.
+// If any site sends, all sites are placed before their bridge, and edges to sites are laid out as if they came from
+// them. Otherwise, sites would stand among the topics that come out of the bridge, and their edges would go around these.
 
 import * as dagre from "../../vendor/dagre.js";
 import { layered } from "./layered.js";
@@ -28,7 +27,7 @@ const MUCH_BETTER_BY = 1.5; // factor by which the simple method must be better,
 const ALWAYS_DAGRE = 30; // boxes and edges of a part that always uses dagre
 const STUB_LENGTH = 16; // how far a backward edge continues before it turns
 const CHANNEL_GAP = 9; // distance between a backward edge and a box
-const BESIDE = 5; // how far the edges from and to a site are apart from its middle
+const BESIDE = 5; // distance between the middle of a site and the edges from and to it
 const PADDING = 14;
 const TITLE_HEIGHT = 20;
 

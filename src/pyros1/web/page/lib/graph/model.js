@@ -1,4 +1,4 @@
-// The boxes and edges that the graph shows of a ROS system. Pure.
+// The boxes and edges by which the graph shows a ROS system. Pure.
 //
 // system: what the view "system" sends, see pyros1/web/system.py
 // choice: {mode: "nodes" | "active" | "all", hide: [names of HIDE_OPTIONS], depth, toggled: [group]}
@@ -6,7 +6,7 @@
 // toggled: groups folded by the user, or unfolded if they are initially folded
 // build(system, choice) -> {
 // boxes:  [{id, kind: "node" | "topic" | "group" | "site", name, label, group, silent, inside, text}]; inside: the boxes of a
-//   folded group; text: what is said of a site, which is silent while it is lost
+//   folded group; text: describes a site; a site is silent while it is lost
 //   edges:  [{id, from, to, links}]; links: [{topic, publisher, subscriber, state, hz, bytes}], state is one of
 // "ok", "broken" (it should exist, but does not), "unknown" (one end does not respond, or has just started)
 //   groups: [{id, name, label, parent}]
@@ -151,7 +151,7 @@ function mergeLinks(edges) {
   }
   for (const edge of found.values()) {
     const real = edge.links.filter((link) => link.publisher && link.subscriber && link.topic);
-    if (real.length) edge.links = real; // links that only state a registration are needed only for edges without any other
+    if (real.length) edge.links = real; // links that are only registrations are needed only for edges without others
   }
   return [...found.values()];
 }

@@ -142,7 +142,7 @@ export class Scene {
     this._computeTargets();
   }
 
-  // Compute all target positions: those of the layout, unless the user has moved the box, or an end of the edge.
+  // Compute all target positions: the layout's, unless the user has moved the box, or an end of the edge.
   // moved: the box that is being dragged; it and its edges move without animation.
   _computeTargets(moved = null) {
     const away = (id) => {
@@ -301,7 +301,7 @@ function styleOf(look, { edge, alpha }) {
   };
 }
 
-// Leave out labels that would cover a box or another label, and those of dimmed edges.
+// Leave out labels that would cover a box or another label, and labels of dimmed edges.
 function drawLabel(pen, look, { edge, at, alpha }, occupied) {
   const { colours, highlighted } = look;
   if (highlighted && !highlighted.edges.has(edge.id)) return;

@@ -128,7 +128,7 @@ export class Sheet {
     const flow = h("dd.mono");
     this.updaters.push((system) => {
       const topic = system.topics[name];
-      const text = topic?.hz === null ? "…" : topic?.hz === undefined ? "unknown: it is counted per connection" : topic.hz && !topic.bytes ? rate(topic.hz) // nothing is serialised within a process
+      const text = topic?.hz === null ? "…" : topic?.hz === undefined ? "unknown: nothing is connected, or its publishers report no statistics" : topic.hz && !topic.bytes ? rate(topic.hz) // nothing is serialised within a process
         : `${rate(topic.hz)}${topic.hz ? ` of ${bytes(topic.bytes / topic.hz)}` : ""}, ${bytes(topic.bytes, "B/s")}`;
       if (flow.textContent !== text) fill(flow, text);
     });

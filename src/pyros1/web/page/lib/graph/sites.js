@@ -1,14 +1,14 @@
-// What the graph shows of bridges: other sites as boxes beside their bridge, with the topics that flow between. Pure.
+// How the graph shows bridges: other sites as boxes beside their bridge, with the topics that they exchange. Pure.
 //
 // bridges: as in the system that pages get, see pyros1/web/transforms/bridges.py
 
-// Return the nodes that stand in for nodes of other sites: their sites are shown instead.
+// Return the local nodes that represent nodes of other sites; the graph shows the sites instead.
 export function standIns(system) {
   return new Set((system.bridges || []).flatMap(({ sites }) => sites.flatMap(({ nodes }) => nodes)));
 }
 
 // Return {sites: [{name, lost, text}], links: [[from, to, link]]}.
-// nodes: the nodes that are shown; isShown(topic, wanted): whether a topic is
+// nodes: the nodes that are shown; isShown(topic, wanted): whether a topic is shown
 export function sitesOf(system, nodes, isShown) {
   const sites = new Map();
   const links = [];
@@ -38,7 +38,7 @@ export function sitesOf(system, nodes, isShown) {
   return { sites: [...sites.values()].sort((one, other) => (one.name < other.name ? -1 : 1)), links };
 }
 
-// Return what is known of a site: {gone, states: [text], nodes, sent, received}, the last two with flows.
+// Return what is known about a site: {gone, states: [text], nodes, sent, received}; sent and received are lists of flows.
 export function siteFacts(system, name) {
   /** @type {{gone: boolean, states: object[], nodes: string[], sent: object[], received: object[]}} */
   const facts = { gone: true, states: [], nodes: [], sent: [], received: [] };
@@ -53,7 +53,7 @@ export function siteFacts(system, name) {
   return facts;
 }
 
-// Return what was dropped in words; empty if nothing was.
+// Describe the dropped messages in words; empty if none were dropped.
 export function droppedText(dropped) {
   return Object.entries(dropped || {}).map(([reason, count]) => `${count} ${reason}`).join(", ");
 }

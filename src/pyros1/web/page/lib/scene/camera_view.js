@@ -7,7 +7,7 @@ import { setPose } from "./stage.js";
 
 const NEAR = 0.01; // metres
 const MAX_TEXTURE = 1024; // pixels of an image's longer side on the graphics card
-const CAMERA_ROTATION = new THREE.Quaternion(1, 0, 0, 0); // cameras in ROS look along z with y down, those of three.js along -z with y up
+const CAMERA_ROTATION = new THREE.Quaternion(1, 0, 0, 0); // cameras look along z with y down in ROS, and along -z with y up in three.js
 const SCREEN_CAMERA = new THREE.OrthographicCamera(-1, 1, 1, -1, 0, 1);
 
 // Return the left, right, top and bottom of a camera's field of view at a distance of 1; see pyros1/web/scene/camera.py.
@@ -23,7 +23,7 @@ export class CameraView {
     this.stage = stage;
     this.frames = frames;
     this.changed = changed;
-    this.hole = h("div.hole", { role: "img", "aria-label": `what the camera of ${title} sees` }); // one sees the stage's canvas through it
+    this.hole = h("div.hole", { role: "img", "aria-label": `what the camera of ${title} sees` }); // the stage's canvas is visible through it
     this.figure = h("figure.overlay.camera", { title, onclick: () => { this.figure.classList.toggle("large"); stage.draw(); } }, this.hole, h("figcaption.mono", {}, title));
     place.append(this.figure);
     this.canvas = h("canvas"); // the image

@@ -55,7 +55,7 @@ function replaceCommas(document) {
   return found.length;
 }
 
-// Bind materials that a node does not bind to those of the same name, or to the first one, like rviz.
+// Like rviz: bind a node's unbound materials to the materials of the same name, or to the first one.
 function bindMaterials(document) {
   let count = 0;
   for (const part of document.querySelectorAll("triangles:not([material]), polylist:not([material])")) {

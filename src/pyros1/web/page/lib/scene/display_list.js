@@ -61,7 +61,7 @@ export class DisplayList {
       open && h("div.options", {}, controls.map(([name, control]) => this._control(key, display, name, control))));
   }
 
-  _control(key, display, name, { text, kind, least, most, step, choices, none = "what it has" }) {
+  _control(key, display, name, { text, kind, least, most, step, choices, none = "automatic" }) {
     const value = display.options[name];
     const mark = { mark: `${key} ${name}` };
     const set = (changed) => this.host.option(key, name, changed);

@@ -47,7 +47,7 @@ export class Display {
 
   // Return what can be selected; see select_tool.js.
   parts() {
-    const { points, plane } = this; // they may be gone when a part is asked
+    const { points, plane } = this; // they may be gone when a part's details are requested
     if (this.markers) return this.markers.parts();
     const about = () => [["frame", this.frame], ["shows", this.status], ...poseRows(this.object)];
     if (points) return [{ object: points.object, about: () => [["frame", this.frame]], points: { ...points.places, about: (index) => this._aboutPoint(points, index) } }];
@@ -104,7 +104,7 @@ export class Display {
     this._draw(data, blob);
   }
 
-  // Move what is fixed to a moving frame.
+  // Move objects that are fixed to a moving frame.
   place(frames) {
     const pose = this.plane && frames.pose(this.frame);
     if (pose) setPose(this.object, pose);
@@ -169,7 +169,7 @@ export class Display {
     return false;
   }
 
-  // A group of its own for a message.
+  // Return a separate group for a message.
   _placeAt(pose) {
     const place = new THREE.Group();
     setPose(place, pose);
@@ -260,7 +260,7 @@ export class Display {
   }
 
   _updateStatus() {
-    if (!this.markers) return; // a mesh of earlier ones was loaded
+    if (!this.markers) return; // a mesh of earlier markers was loaded
     const { count, faults, invisible } = this.markers;
     this.status = `${plural(count, "marker")}${invisible.size ? `, ${invisible.size} transparent (color.a is 0)` : ""}`;
     this.problem = this.missingFrame === undefined ? [...faults.values()][0] || "" : noTransformMessage(this.missingFrame);

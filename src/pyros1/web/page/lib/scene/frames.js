@@ -19,7 +19,7 @@ export class FrameSet {
     this.lines = new THREE.Group();
     this.object.add(this.lines);
     this.poses = new Map(); // name -> [x, y, z, qx, qy, qz, qw] in the fixed frame
-    this.parents = new Map(); // name -> that of its parent
+    this.parents = new Map(); // name -> its parent's name
     this.unconnected = new Set(); // names
     this.trees = []; // [root, number of frames] of those that are not connected
     this.controls = {
@@ -57,7 +57,7 @@ export class FrameSet {
       if (parent && !this.options.concealed.includes(name)) ends.push(...pose.subarray(0, 3), ...parent.subarray(0, 3));
     });
     const nameless = [...this.axes.values()].filter((axes) => axes.children[1].userData.missing).length;
-    this.status = names.length ? `${names.length} frames${nameless ? `, ${nameless} without their names: these are too many` : ""}` : lost.length ? "" : "no frames yet";
+    this.status = names.length ? `${names.length} frames${nameless ? `, ${nameless} without their names, as there are too many` : ""}` : lost.length ? "" : "no frames yet";
     this.problem = names.length ? "" : this.disconnected;
     dispose(this.lines);
     this.lines.clear();

@@ -1,4 +1,4 @@
-// Drag, click and menus of interactive markers, and the feedback to the marker's server, like rviz.
+// Dragging, clicking and menus of interactive markers, and the feedback to the marker's server, like rviz.
 
 import * as THREE from "../../vendor/three/three.module.min.js";
 import { fill, h } from "../dom.js";
@@ -135,7 +135,7 @@ export class Interaction {
   _feedback(event, /** @type {THREE.Vector3 | null} */ point = null, control = this.drag?.control, entry = 0) {
     const marker = this.drag?.marker || control.marker;
     const { inner, outer, facts } = marker;
-    // Like rviz: the feedback of markers locked to their frame uses that frame, that of others the fixed frame.
+    // Like rviz: if the marker is locked to its frame, its feedback uses that frame, otherwise the fixed frame.
     const position = facts.locked ? inner.position : inner.getWorldPosition(new THREE.Vector3());
     const quaternion = facts.locked ? inner.quaternion : inner.getWorldQuaternion(new THREE.Quaternion());
     const mouse = point ? point.clone() : new THREE.Vector3();

@@ -1,7 +1,7 @@
 // Which of the labels in an image are visible. Pure.
 
-// boxes: {left, top, wide, high} in pixels, in order of importance. Returns for each whether it overlaps no visible one
-// before it.
+// boxes: {left, top, wide, high} in pixels, in order of importance. Returns, for each, whether it is visible: it overlaps
+// no visible box before it.
 export function visibleLabels(boxes) {
   const visible = [];
   return boxes.map((box) => {

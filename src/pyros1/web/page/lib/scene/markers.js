@@ -17,11 +17,11 @@ const SHARED_SHAPES = new Set([CUBE_SHAPE, SPHERE_SHAPE, CYLINDER_SHAPE]);
 const LIST_TYPES = new Set([LINE_STRIP, LINE_LIST, CUBE_LIST, SPHERE_LIST, POINTS, TRIANGLES]);
 const HEAD_LENGTH = 0.23; // fraction of an arrow's length
 const TEXT_SCALE = 0.82; // the size of rviz's letters at scale.z 1
-const MIN_SIZE = 1e-6; // size of what is flat, so that its matrix can be inverted
+const MIN_SIZE = 1e-6; // minimum size, so that the matrix of a flat marker can be inverted
 const MAX_NAMESPACES = 50;
 const MAX_FAULTS = 20;
 
-// Return why a marker is not drawn, neither by rviz; empty if it is.
+// Return why neither this page nor rviz draws a marker; empty if it is drawn.
 export function faultOf({ type, scale, finite = true, points: { length: points }, colors: { length: colours } }) {
   if (!finite) return "some of its numbers are not finite, or too large";
   const sizes = { [LINE_STRIP]: [0], [LINE_LIST]: [0], [POINTS]: [0, 1], [TEXT]: [2] }[type];
@@ -87,7 +87,7 @@ function meshMarker({ mesh: uri, materials, scale, color }, { token, changed, fa
   return object;
 }
 
-// rviz draws a mesh with its own materials, and again in the marker's color: half of each if that is opaque.
+// rviz draws a mesh with its own materials, and again in the marker's color: half of each if that color is opaque.
 function tintMaterial(material, [red, green, blue, alpha]) {
   const opacity = alpha < 1 ? 1 - (1 - alpha) ** 2 : 1;
   const share = alpha < 1 ? 1 / (2 - alpha) : 0.5;
@@ -217,8 +217,8 @@ function instancesMarker(marker, shape) {
   return mesh;
 }
 
-// Each corner has a colour, or each triangle. Like rviz: those of corners are transparent if one of them is, those of
-// triangles if the marker is, and then the marker's alpha is applied as well.
+// Either each corner or each triangle has a colour. Like rviz: corner colours are transparent if one of them is, triangle
+// colours if the marker's color is; in both cases, the marker's alpha is then applied as well.
 function trianglesMarker(marker) {
   const { colors, color, points: corners, scale } = marker;
   const faces = colors.length === corners.length / 3 && colors.length > 0;

@@ -130,8 +130,8 @@ function stl(loader, bytes) {
   return mesh;
 }
 
-// Normalise a text file for the loader, which replaces an invalid normal by that of the previous triangle, draws wrong
-// triangles if a corner is missing, and nothing if the end is.
+// Normalise a text file for the loader. It would replace an invalid normal by the previous triangle's, draw wrong
+// triangles if a corner is missing, and draw nothing if the end is missing.
 function asText(content) {
   const text = /\bFACET\b/.test(content) ? content.toLowerCase() : content;
   const [facets, corners] = [/\bfacet\b/g, /\bvertex\b/g].map((status) => (text.match(status) || []).length);
@@ -155,7 +155,7 @@ async function obj(loader, bytes, uri, token, manager) {
       continue; // same as without materials
     }
   }
-  const object = withoutConsole(() => loader.parse(text.replace(/^[ \t]*[lp][ \t].*$/gm, ""))); // of a file that also has lines, the loader draws only those
+  const object = withoutConsole(() => loader.parse(text.replace(/^[ \t]*[lp][ \t].*$/gm, ""))); // if a file also has lines, the loader draws only the lines
   object.userData.painted = Boolean(loader.materials);
   if (!loader.materials) object.traverse((each) => { for (const material of [each.material || []].flat()) if (!material.vertexColors) material.color.set(DEFAULT_COLOUR); });
   return object;
@@ -175,7 +175,7 @@ function dae(loader, bytes) {
   return outer;
 }
 
-// A Collada material like rviz's: grey for none, and never fully transparent, as some programs write it.
+// A Collada material like rviz's: grey if there is none, and never fully transparent, though some programs write that.
 function visibleMaterial(material) {
   if (material.name === THREE.Loader.DEFAULT_MATERIAL_NAME) return new THREE.MeshLambertMaterial({ color: DEFAULT_COLOUR, side: THREE.DoubleSide });
   if (material.opacity === 0) Object.assign(material, { opacity: 1, transparent: false });

@@ -4,7 +4,7 @@ const MIN_LENGTH = 0.03; // rviz recomputes shorter ones, too
 
 // Return unit normals for all corners of triangles, or null if the given ones can be used.
 // places, normals: three numbers per corner; normals may be null. index: the corners of the triangles, three by three;
-// null if they are in order. An unusable normal is replaced by that of the corner's triangles, averaged by area.
+// null if they are in order. An unusable normal is replaced by the normal of the corner's triangles, averaged by area.
 export function repairNormals(places, normals, index = null) {
   const usable = normals?.length === places.length ? normals : null;
   const found = new Float32Array(places.length);

@@ -154,8 +154,8 @@ export class PointSet {
   }
 
   // style: one of STYLES; size: in pixels; extent: in metres; flat: one colour for all, or null for their own;
-  // rainbow, inverted, low, high: the colour map; bounds: of an axis, or null for those of the points;
-  // local: whether an axis is that of the points' own frame rather than of the fixed one.
+  // rainbow, inverted, low, high: the colour map; bounds: the range of an axis, or null for the range of the points;
+  // local: whether an axis belongs to the points' own frame rather than to the fixed frame.
   setStyle(/** @type {Look} */ { style: wanted = this.style, size, extent: metres, alpha, flat, rainbow, inverted, low, high, bounds = null, local = false }) {
     const { uniforms } = this;
     const style = STYLES.includes(wanted) ? wanted : this.style;
@@ -287,7 +287,7 @@ export class PointSet {
     return mesh;
   }
 
-  // Let rays of the mouse hit the points; there must be few.
+  // Let mouse rays hit the points; this is slow if there are many.
   enablePicking() {
     this._computeBounds();
     this.hit = (caster, hits) => {

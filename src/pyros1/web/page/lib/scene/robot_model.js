@@ -97,7 +97,7 @@ export class RobotModel {
 
   // Return what can be selected; see select_tool.js.
   parts() {
-    const robot = this.robot?.name; // it may be gone when a part is asked
+    const robot = this.robot?.name; // it may be gone when a part's details are requested
     return [...this.links].map(([name, { group, joint }]) => ({
       object: group,
       about: () => [["robot", robot], ["link", name], ["joint", joint ? `${joint.name} (${joint.type})` : "none: it is the root"], ...poseRows(group)],
@@ -233,7 +233,7 @@ export class RobotModel {
     if (this.why) this.problem = this.why;
     else if (faults.length) this.problem = listSome(faults, "; ");
     else if (missing.length && this._isInOtherTree(missing)) this.problem = `no transform from ${this.frames.fixed} to ${listSome(missing, ", ")}, drawn with joints at 0: ${this.frames.disconnected}`;
-    else if (missing.length && missing.length === this.links.size) this.problem = "no tf of its links: all joints are drawn at 0. To publish it: pyros1 run robot_state_publisher robot_state_publisher";
+    else if (missing.length && missing.length === this.links.size) this.problem = "no transforms (tf) of its links: all joints are drawn at 0. To publish them: pyros1 run robot_state_publisher robot_state_publisher";
     else if (missing.length) this.problem = `no tf of ${listSome(missing, ", ")}: drawn with the joint at 0`;
     else this.problem = "";
     const count = this.links.size;

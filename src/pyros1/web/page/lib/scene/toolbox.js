@@ -3,7 +3,7 @@
 import { h } from "../dom.js";
 
 const TOOLS = {
-  select: ["Select", "what an object is, and the values of points"],
+  select: ["Select", "show what an object is, and the values of points"],
   measure: ["Measure", "measure distances"],
   goal: ["Nav goal", "rviz's 2D Nav Goal: tell the robot where to go"],
   estimate: ["Pose estimate", "rviz's 2D Pose Estimate: tell the robot where it is"],
@@ -13,7 +13,7 @@ const DEFAULT_TOPICS = { goal: "/move_base_simple/goal", estimate: "/initialpose
 const HINTS = { point: "click the point to publish", goal: "press at the position, and release in the direction", estimate: "press at the position, and release in the direction" };
 
 export class Toolbox {
-  // scene: the panel; used are its stage, lib, view, displays, mouse, place, say(text), updateStream(entry), saveSettings() and fixedFrame().
+  // scene: the panel; this class uses its stage, lib, view, displays, mouse, place, say(text), updateStream(entry), saveSettings() and fixedFrame().
   // topics: other topics for tools that publish; links are untrusted input.
   constructor(scene, topics) {
     this.scene = scene;

@@ -1,5 +1,5 @@
-// The choice of the view, the followed frame, and the axis for views from a frame. Stored are the user's choices: the name
-// of the view, and its position after the user has moved it.
+// The choice of the view, the followed frame, and the axis for views from a frame. Only the user's choices are stored: the
+// name of the view, and its position after the user has moved it.
 
 import { fill, h } from "../dom.js";
 
@@ -19,7 +19,7 @@ export class ViewChoice {
       ["", ...AXES].map((name) => h("option", { value: name, disabled: !name }, name ? name.replace("-", "−") : "turned")));
   }
 
-  // The stage exists now, and the frames with their poses.
+  // Called when the stage exists, and the frames with their poses.
   begin(stage, poses) {
     this.stage = stage;
     this.poses = poses;

@@ -212,7 +212,7 @@ export class Chart {
     this._values();
   }
 
-  // Show the values at the cursor in the legend: those of the last points at or before it.
+  // Show the curves' values at the cursor in the legend, from the last points at or before it.
   _values() {
     const { min = NaN, max = NaN } = this.plot?.scales.y || {};
     for (const curve of this.curves) {

@@ -7,7 +7,7 @@ const MAX_VALUE = 8e307; // twice this value is still finite
 const MIN_RELATIVE_STEP = 1e-12; // relative: floats have 16 digits, and an axis has several ticks
 
 const FIELD_PATTERN = "[\\w/]*(?:\\[[-+\\d:]*\\][\\w/]*)*";
-const EXPRESSION_PATTERN = new RegExp(`^\\s*[\\w/~]+\\s*:(?!${FIELD_PATTERN}(?::${FIELD_PATTERN})*\\s*(?:,|$))`); // what follows the colon are not field names
+const EXPRESSION_PATTERN = new RegExp(`^\\s*[\\w/~]+\\s*:(?!${FIELD_PATTERN}(?::${FIELD_PATTERN})*\\s*(?:,|$))`); // what follows the colon is not a list of field names
 const FIELD_SEPARATOR = /:(?![^[\]]*\])/; // between fields, not in a slice
 
 // Split /a/x:y, /a/x[0]:y[0] and /a,/b into several curves; an expression is a single one.
