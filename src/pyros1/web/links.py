@@ -46,7 +46,7 @@ def layout_link(link: str, name: str, tree: Mapping[str, Any]) -> str:
 
 
 def link_file(home: Path, master_uri: str) -> Path:
-    """Return the path of the file, in the ROS home folder, with the link to the server that shows a master's system."""
+    """Return the path of the file, in the ROS home folder, that contains the link to the server for a master."""
     uri = master_uri.rstrip("/")
     return home / "pyros1" / f"web-{sha256(uri.encode()).hexdigest()[:16]}.json"
 

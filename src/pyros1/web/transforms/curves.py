@@ -39,7 +39,7 @@ class Curve:
         stamped: whether to use the time in each message's header instead of its time of arrival.
 
     Attributes:
-        problem: why the last message has no value to draw; empty if it has.
+        problem: why the last message has no value to draw; empty if it has one.
         has_data: whether a message has arrived.
 
     Raises:

@@ -37,8 +37,8 @@ class MessageView(View):
 
     Pushes ``{"type", "count", "hz", "bytes", "size", "time", "age", "publisher", "latched", "value": tree}``.
     The message arrived at "time", "age" seconds ago. In a tree, a message is ``{"fields": [[name, type, value],
-    ...]}``, an array is ``{"length": N, "start": N, "items": [...]}``, and a time is ``{"secs": S, "nsecs": N}``. A
-    message with ``more`` is one whose fields have been omitted.
+    ...]}``, an array is ``{"length": N, "start": N, "items": [...]}``, and a time is ``{"secs": S, "nsecs": N}``.
+    ``more`` marks a message whose fields have been omitted.
     """
 
     period = 1 / 20

@@ -11,7 +11,7 @@
 //   place.body       the element to fill
 //   place.tools      the element for buttons in the panel's head
 //   place.robot      calls and streams, see robot.js
-// place.settings   what the panel has saved, or a link or another panel has set; an object
+// place.settings   an object, saved by the panel, or set by a link or another panel
 // place.save(s)    save settings
 //   place.restart(s)                show this panel again, with these settings
 //   place.open(name, settings)      show another panel beside this one

@@ -57,7 +57,7 @@ class Topics {
     this.place.robot.removeEventListener("about", this.onAbout);
   }
 
-  // A command asks to publish, on a given topic or any.
+  // A command has asked to publish, on a given topic or on any.
   _begin() {
     const { publish } = this.place.settings;
     if (publish === undefined || this.hasBegun) return;

@@ -44,7 +44,7 @@ export class Reconfigure {
     this._showGroups();
   }
 
-  // The node closes, opens and hides groups; so does the user.
+  // Open, close and hide groups as the node reports, but not those that the user has just opened or closed.
   _showGroups() {
     for (const { path, type, state } of this.states) {
       const group = this.groups.get(String(path));

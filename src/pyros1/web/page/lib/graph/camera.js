@@ -1,4 +1,4 @@
-// Which part of a large plane an element shows: dragging, wheel, pinch, and animated moves.
+// The part of a large plane that an element shows, with dragging, wheel, pinch, and animated moves.
 
 const MIN_SCALE = 0.02;
 const MAX_SCALE = 4;

@@ -283,8 +283,8 @@ export class Stage {
   }
 }
 
-// Return the bounding box of an object without its children; null if it has none, or none that is visible: a mesh with
-// invalid numbers must not affect the view of others.
+// Return the bounding box of an object without its children; null if it has none, or its numbers are invalid or too large:
+// such a mesh must not affect the view of other objects.
 function boundsOf(object) {
   if (!object.geometry) return null;
   object.updateWorldMatrix(true, false);
