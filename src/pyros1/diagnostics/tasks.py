@@ -28,7 +28,7 @@ class Frequency:
         now: returns the time, for example ``node.now``.
         minimum, maximum: the limits in Hz; a ``maximum`` of None means no limit.
         tolerance: how far the frequency may lie outside the limits, as a fraction of them; 0.1 means 10 %.
-        window: the number of last runs of the task over which events are counted.
+        window: the number of most recent runs of the task over which events are counted.
     """
 
     def __init__(
@@ -113,7 +113,7 @@ class TimeStamps:
             self._delays = [min([delay, *self._delays]), max([delay, *self._delays])]
 
     def run(self, status: Status) -> None:
-        """Fill in a status with what was observed since the last run. Pass this method to the updater as the task."""
+        """Fill in a status with the delays since the last run. Pass this method to the updater as the task."""
         with self._lock:
             minimum_delay, maximum_delay = self._delays or (0.0, 0.0)
             status.summary(OK, "Timestamps are reasonable.")

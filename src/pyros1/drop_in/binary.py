@@ -1,4 +1,4 @@
-"""Converts binary parameters to the form that programs for stock expect."""
+"""Converts binary parameters to the form that programs written for stock expect."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ def bytes_to_binary(value: Any) -> Any:
     """Return a parameter's value with `xmlrpc.client.Binary` instead of bytes, including those in lists and dicts.
 
     Args:
-        value: the value in pyros1, which is not modified. If it contains no bytes, the result may be the same object.
+        value: pyros1's value, which is not modified. If it contains no bytes, the result may be the same object.
     """
     if isinstance(value, bytes):
         from xmlrpc.client import Binary  # noqa: PLC0415 - rarely needed

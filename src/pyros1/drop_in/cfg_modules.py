@@ -1,7 +1,7 @@
 """Imports ``my_package.cfg.TutorialsConfig`` from ``cfg/Tutorials.cfg`` in a ROS package, without a build.
 
-A ``.cfg`` file is a Python program that describes parameters with a ParameterGenerator. The program is run in this
-process when the module is first imported, since it belongs to the same package as the node that runs here.
+A ``.cfg`` file is a Python program that describes parameters with a ParameterGenerator. It belongs to the same package
+as the node in this process, so it is run here, when the module is first imported.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ _GENERATOR_MODULES = ("parameter_generator_catkin", "parameter_generator")
 
 
 def find_config_spec(folder: str, parts: list[str], name: str) -> ModuleSpec | None:
-    """Return the spec of ``PACKAGE.cfg``, or of a module in it; None if the package has no such file.
+    """Return the spec of ``PACKAGE.cfg``, or of a module in it; None if the package has no such .cfg file.
 
     Args:
         folder: the folder of the ROS package.
@@ -44,7 +44,7 @@ def find_config_spec(folder: str, parts: list[str], name: str) -> ModuleSpec | N
 
 
 def _cfg_files(folder: str) -> Iterator[str]:
-    """Yield the .cfg files of a ROS package: first all those below cfg/, then those directly in its other folders."""
+    """Yield a ROS package's .cfg files: first the ones anywhere below cfg/, then the ones directly in other folders."""
     for root, _, files in os.walk(os.path.join(folder, "cfg")):
         yield from (os.path.join(root, file) for file in sorted(files) if file.endswith(".cfg"))
     try:
@@ -59,7 +59,7 @@ def _cfg_files(folder: str) -> Iterator[str]:
 
 
 def _describes_parameters(path: str) -> bool:
-    """Return whether a .cfg file describes parameters for dynamic_reconfigure: other programs use this suffix, too."""
+    """Return whether a .cfg file is for dynamic_reconfigure: other programs use this suffix, too."""
     if not os.path.isfile(path):  # reading a pipe or a device may never finish
         return False
     try:
@@ -139,7 +139,7 @@ def _our_generators() -> Iterator[None]:
     """In a ``with`` block, make .cfg files use pyros1's ParameterGenerator, even if the program imports another
     dynamic_reconfigure.
 
-    Stock's generator, whose source may be on PYTHONPATH, writes files for a build.
+    Stock's generator, which may be on PYTHONPATH, writes source files for a build.
     """
     names = [f"dynamic_reconfigure.{short}" for short in _GENERATOR_MODULES]
     specs = [find_spec(name) for name in names]

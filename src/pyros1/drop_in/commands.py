@@ -9,8 +9,7 @@ from importlib import import_module
 def run(tool: str, *words: str) -> int:
     """Run a tool in this process, and return its exit code.
 
-    The commands are in a higher layer, which must not be imported statically, so they are called by name, as in a
-    shell.
+    The commands are in a higher layer, which must not be imported statically: they are called by name, as in a shell.
 
     Args:
         tool: the name of the tool in stock ROS, for example ``rosbag``.

@@ -1,11 +1,11 @@
 """Import hook for the modules of stock ROS 1, for message packages, and for the Python modules of ROS packages.
 
 The hook is at the end of ``sys.meta_path``, so all other modules take precedence. If stock's rospy is installed, the
-hook finds none of pyros1's modules, since the two kinds of messages and nodes cannot be combined. With
+hook finds none of pyros1's modules, since stock's messages and nodes cannot be combined with pyros1's. With
 ``PYROS1_ROSPY=pyros1``, the hook is at the beginning.
 
-Python holds the import lock while it looks for a module. Nothing may be imported meanwhile: another thread may be
-importing the same module and waiting for that lock. So everything that the hook needs is imported beforehand.
+Python holds the import lock while it looks for a module. The hook must not import anything during that time: another
+thread may be importing the same module and waiting for that lock. So everything that it needs is imported beforehand.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ MODULES_FOLDER = os.path.join(os.path.dirname(os.path.abspath(__file__)), "modul
 
 
 def _is_existence_check() -> bool:
-    """Return whether a program only checks if a module exists. If so, `importlib.util.find_spec` must return None."""
+    """Return whether the program only checks if a module exists; `importlib.util.find_spec` must then return None."""
     frame: FrameType | None = sys._getframe(1)
     our_modules = (__name__, "pyros1_modules", "importlib._bootstrap")
     while frame is not None and frame.f_globals.get("__name__") in our_modules:
@@ -56,7 +56,7 @@ class Finder:
         self._uses_stock: bool | None = None
         self._library = finder().library
         self._index = PackageIndex(environ)
-        self._package_spec("std_msgs", [], "std_msgs")  # a first lookup, which imports what later ones need
+        self._package_spec("std_msgs", [], "std_msgs")  # this first lookup imports everything that later ones need
 
     @property
     def uses_stock(self) -> bool:
@@ -73,7 +73,7 @@ class Finder:
     def find_spec(
         self, name: str, path: Sequence[str] | None = None, target: ModuleType | None = None
     ) -> ModuleSpec | None:
-        """Return the spec of a module; None if other finders are to look for it, or Python is to raise the usual error.
+        """Return the spec of a module; None to leave it to other finders, or to let Python raise its usual error.
 
         Raises:
             ImportError: pyros1 has no such module, or the message package no such type.

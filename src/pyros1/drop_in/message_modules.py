@@ -1,8 +1,8 @@
 """Creates ``PACKAGE.msg`` and ``PACKAGE.srv`` with all names that stock's generated modules have.
 
-Stock has a module for each definition, ``PACKAGE.msg._TYPE``, which imports what its code needs, and ``PACKAGE.msg``
-imports all names from these modules. So ``from sensor_msgs.msg import *`` also imports ``std_msgs``, ``genpy`` or
-``sys``, and programs use them without importing them explicitly.
+Stock has a module for each definition, ``PACKAGE.msg._TYPE``, which imports the modules that its code needs, and
+``PACKAGE.msg`` imports all names from these modules. So ``from sensor_msgs.msg import *`` also imports ``std_msgs``,
+``genpy`` or ``sys``, and programs use them without importing them explicitly.
 """
 
 from __future__ import annotations
@@ -19,14 +19,14 @@ from pyros1.ground.errors import MessageError
 from pyros1.ground.generated import MSGS_PACKAGE, module_name
 
 _IMPORTED_NAMES = ("codecs", "genpy", "python3", "struct", "sys")
-"""Names in each of stock's generated modules in addition to classes and message packages."""
+"""Names in each of stock's generated modules besides classes and message packages."""
 _MODULE_DICT = vars(ModuleType)["__dict__"]
 
 
 class MessageModuleLoader:
     """Loader of ``PACKAGE``, ``PACKAGE.msg`` and ``PACKAGE.srv``, and of stock's ``PACKAGE.msg._TYPE``.
 
-    The classes are those of ``pyros1.msgs``, which are created when they are first used.
+    The classes come from ``pyros1.msgs``, and are created when they are first used.
 
     Args:
         library: provides the definitions.
@@ -42,7 +42,7 @@ class MessageModuleLoader:
         self._only_type = only_type
 
     def create_module(self, spec: ModuleSpec) -> ModuleType | None:
-        """Create and return the module; None if the import system is to create it."""
+        """Create and return the module; None to let the import system create it."""
         return _Module(spec.name) if self._kind else None
 
     def exec_module(self, module: ModuleType) -> None:
@@ -58,7 +58,7 @@ class MessageModuleLoader:
         return [*self._class_names(), *_IMPORTED_NAMES, *self._package_names()]
 
     def module_names(self) -> list[str]:
-        """Return the names of this module's submodules for single types."""
+        """Return the names of this module's submodules, one for each type."""
         return [] if self._only_type else [f"_{name}" for name in self._type_names()]
 
     def get_attribute(self, module: str, name: str) -> Any:
@@ -145,8 +145,8 @@ class _Module(ModuleType):
 def _make_package_getattr(package: str) -> Callable[[str], Any]:
     """Return the ``__getattr__`` of a message package.
 
-    With stock, ``import std_msgs`` is sufficient to use ``std_msgs.msg.String`` if any module has imported
-    std_msgs.msg, as rospy does. pyros1's modules import fewer packages, so the submodule is imported on demand.
+    In stock ROS, ``import std_msgs`` suffices to use ``std_msgs.msg.String`` once any module, such as rospy, has
+    imported std_msgs.msg. pyros1's modules import fewer packages, so the submodule is imported on demand.
     """
 
     def __getattr__(name: str) -> Any:

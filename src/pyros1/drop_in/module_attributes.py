@@ -1,4 +1,4 @@
-"""Makes ``__getattr__`` functions for names that pyros1's modules import lazily, or lack; errors tell why."""
+"""Makes ``__getattr__`` functions for names that pyros1's modules import lazily, or lack; errors say why."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def module_hooks(
         lazy_imports: name -> full name of the module from which to import the name. With a trailing dot, the name
             stands for that module itself.
         missing_reasons: name that pyros1 does not have -> the reason, or what to use instead.
-        computed_values: variable of stock's module -> function that returns the variable's current value.
+        computed_values: variable in stock's module -> function that returns the variable's current value.
     """
     source_modules = lazy_imports or {}
     values = computed_values or {}

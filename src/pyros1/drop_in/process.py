@@ -1,7 +1,7 @@
-"""The default node of the process, which is shared by rospy and related modules.
+"""The default node of the process, shared by rospy and related modules.
 
-Stock rospy has one node per process. A program can create publishers before it starts the node; they are registered
-when the node is started. `PROCESS` is the only mutable module-level state in pyros1.
+Stock rospy has one node per process. A program can create publishers before it starts the node; starting it registers
+them. `PROCESS` is the only mutable module-level state in pyros1.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ class Process:
         is_starting: whether the node is being started.
         has_wall_clock: whether a clock is available without a node.
         shutdown_requested: whether shutdown was requested.
-        is_shutdown: whether the node has shut down; already true while the last hooks run, when all waits have been
+        is_shutdown: whether the node has shut down; already true while the "after" hooks run, when all waits have been
             interrupted.
         start_lock: held while the node is started, so that threads cannot start two nodes.
     """
@@ -51,7 +51,7 @@ class Process:
     # Start ------------------------------------------------------------------------------------------------------------
 
     def start(self, make_node: Callable[[], Node], arguments: tuple[Any, ...]) -> Node:
-        """Start and return the node. Call the functions passed to `add_start_callback`, in the order of these calls."""
+        """Start the node, call the functions added with `add_start_callback` in order, and return the node."""
         self.is_starting = True
         try:
             node = make_node()
@@ -70,7 +70,7 @@ class Process:
 
     @property
     def is_forked(self) -> bool:
-        """Whether this process was forked from the node's process, whose threads it does not have."""
+        """Whether this process was forked from the node's process, so that the node's threads do not run in it."""
         return self.node is not None and os.getpid() != self._pid
 
     def add_start_callback(self, callback: Callable[[Node], object]) -> None:
@@ -88,12 +88,12 @@ class Process:
             if callback in self._start_callbacks:
                 self._start_callbacks.remove(callback)
 
-    # End --------------------------------------------------------------------------------------------------------------
+    # Shutdown ---------------------------------------------------------------------------------------------------------
 
     def on_shutdown(self, hook: Hook, when: str = "client") -> None:
-        """Call a function with the reason when the node shuts down; immediately, if it has already shut down.
+        """Call a function with the reason when the node shuts down, or immediately if it has already shut down.
 
-        A hook that is added by another hook is called after those that are already waiting.
+        A hook added by another hook is called after the hooks that are already waiting.
 
         Args:
             hook: the function.
@@ -109,7 +109,7 @@ class Process:
     def shutdown(self, reason: str) -> None:
         """Shut down the node; without a node, only run the hooks.
 
-        Returns immediately if another thread is shutting down the node: that thread's hooks may wait for this one.
+        Returns immediately if another thread is shutting down the node: its hooks may be waiting for this thread.
         """
         if not self.shutdown_requested:
             self._reason = reason

@@ -1,8 +1,8 @@
-"""Finds the Python modules of ROS packages, which catkin installs and pyros1 imports from the sources.
+"""Finds the Python modules of ROS packages: catkin installs them, but pyros1 imports them from the sources.
 
-Their folders are listed in a package's setup.py (https://wiki.ros.org/catkin/CMakeLists.txt, ``catkin_python_setup``),
-which is only searched for ``package_dir``, never run. After the folders listed there, the usual folders ``src`` and
-``python`` are tried.
+A package's setup.py lists their folders (https://wiki.ros.org/catkin/CMakeLists.txt, ``catkin_python_setup``). The file
+is only searched for ``package_dir``, never run. After the listed folders, the usual ones, ``src`` and ``python``, are
+tried.
 """
 
 from __future__ import annotations

@@ -60,7 +60,7 @@ def _module_stubs() -> Iterator[tuple[str, str]]:
 
 
 def _shipped_stubs(our_library: Library, package: str) -> dict[str, str]:
-    """Return stubs that import those of ``pyros1.msgs``; an empty dict for a package that is not part of pyros1."""
+    """Return stubs that import the ones of ``pyros1.msgs``; an empty dict for a package that is not part of pyros1."""
     if not our_library.has_package(package):
         return {}
     kinds = [("msg", our_library.messages(package)), ("srv", our_library.services(package))]

@@ -1,4 +1,4 @@
-"""Packages and modules of stock that pyros1 does not have, with a hint for the import error."""
+"""Stock packages and modules that pyros1 does not have, with hints for the import error."""
 
 from __future__ import annotations
 

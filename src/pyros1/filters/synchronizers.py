@@ -56,7 +56,7 @@ class ExactTime:
         return tuple(queue.pop(stamp) for queue, stamp in zip(self.queues, stamps, strict=True))
 
     def clear(self) -> None:
-        """Discard all messages. To be called when time has jumped back."""
+        """Discard all messages. Must be called when time has jumped back."""
         for queue in self.queues:
             queue.clear()
 
@@ -127,7 +127,7 @@ class Recent:
         self._last_number = 0
 
     def add(self, stamp: Time, message: Any) -> None:
-        """Add a message; if there are too many then, remove the message with the oldest stamp."""
+        """Add a message; if there are now too many, remove the one with the oldest stamp."""
         self._last_number += 1
         insort(self._items, (stamp, self._last_number, message), key=lambda item: item[:2])
         if len(self._items) > self.size:

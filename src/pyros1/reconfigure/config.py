@@ -1,4 +1,4 @@
-"""A configuration: a dictionary of the values of parameters, which are also available as attributes."""
+"""A configuration: a dictionary of parameter values, which are also available as attributes."""
 
 from __future__ import annotations
 

@@ -20,7 +20,7 @@ _TYPE_NAMES = {bool: "bool", int: "int", float: "double", str: "str"}
 
 
 class Group:
-    """A group of parameters and of further groups; created by `Parameters.group`.
+    """A group of parameters and other groups; created by `Parameters.group`.
 
     Attributes:
         name, type, state, id: see `pyros1.reconfigure.encoding`.

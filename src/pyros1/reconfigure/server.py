@@ -34,8 +34,8 @@ class CallbackError(Error):
 class Server:
     """Lets tools and other nodes change parameters; see https://wiki.ros.org/dynamic_reconfigure.
 
-    The initial values are those on the parameter server, otherwise the defaults. Changes are also written to the
-    parameter server.
+    Initial values come from the parameter server if set there, otherwise from the defaults. Changes are also written to
+    the parameter server.
 
     Args:
         node: the node that offers the parameters.
@@ -169,7 +169,7 @@ class Server:
         return config
 
     def _on_request(self, request: Any) -> Any:
-        """Change parameters as a service call requests; return the new configuration as a message."""
+        """Change parameters for a service call; return the new configuration as a message."""
         with self._lock:
             changes = decode(request.config, dict)
             states = {group.id: group.state for group in request.config.groups}

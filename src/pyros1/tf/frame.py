@@ -8,7 +8,7 @@ from math import acos, sin, sqrt
 from pyros1.tf.rotation import Transform
 
 _MAX_OUTDATED_ITEMS = 512
-"""Number of outdated transforms beyond which they are removed from the lists, all at once."""
+"""Number of outdated transforms above which all of them are removed from the lists at once."""
 
 Entry = tuple["Frame", Transform, float]
 """(parent of the frame, transform from the frame into the parent, square of the quaternion's length)."""

@@ -15,7 +15,7 @@ WORLD_SIZE = 11.088889122009277
 This is (PICTURE_SIZE - 1) / PIXELS_PER_UNIT as a 32-bit float, calculated as in stock ROS.
 """
 STEP_PERIOD = 0.016
-"""Seconds that a step simulates."""
+"""Simulated seconds per step."""
 COMMAND_TIMEOUT = 1.0
 """Seconds for which a command remains in effect."""
 

@@ -70,7 +70,7 @@ class Kinematics:
 
         Args:
             positions: joint -> position in radians or metres. Links are omitted from the result if their joint's
-                position is neither given nor determined by that of another joint.
+                position is neither given nor determined by another joint's.
         """
         all_positions = dict(positions)
         self.add_mimic_joints(all_positions)

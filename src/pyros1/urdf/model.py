@@ -1,4 +1,4 @@
-"""What a robot description (https://wiki.ros.org/urdf/XML) says about links and joints and how they move (no I/O)."""
+"""The links and joints in a robot description (https://wiki.ros.org/urdf/XML), and how they move (no I/O)."""
 
 from __future__ import annotations
 

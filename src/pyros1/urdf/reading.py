@@ -19,9 +19,9 @@ MAX_DESCRIPTION_LENGTH = 64 << 20
 """Maximum number of characters in a description."""
 MAX_JOINTS = 100_000
 _MAX_HINT_NAMES = 1_000
-"""Maximum number of names with which an unknown name is compared, to suggest what was meant."""
+"""Maximum number of names with which an unknown name is compared, to suggest the intended one."""
 _MAX_HINTS = 5
-"""Maximum number of warnings about unknown names that also suggest what was meant."""
+"""Maximum number of warnings about unknown names that also suggest the intended name."""
 _XACRO_NAMESPACE = "{http://www.ros.org/wiki/xacro}"
 
 

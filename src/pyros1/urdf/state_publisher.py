@@ -31,7 +31,7 @@ _LEAD_TIME_NS = 500_000_000
 _OLD_MESSAGE_AGE = 30.0
 """Age in seconds above which a message is reported as old."""
 _MAX_UNKNOWN_NAMES = 1_000
-"""Maximum number by which the names in a message may exceed the robot's joints."""
+"""Maximum number of names that a message may have in addition to the robot's joints."""
 _MAX_JOINT_SETS = 32
 """Maximum number of different sets of joints whose encoders are cached."""
 
@@ -56,12 +56,12 @@ class Settings:
 
 @dataclass(frozen=True)
 class _JointSet:
-    """What is cached for all JointState messages that contain the same joints.
+    """Cached data for all JointState messages that contain the same joints.
 
     Attributes:
         batch: the encoder for the message with the links' poses.
         joints: names of the joints of these links, in the encoder's order.
-        unknown: one of the messages' names that are not in the description; empty if there is none.
+        unknown: a name in these messages that is not in the description; empty if there is none.
     """
 
     batch: TransformBatch

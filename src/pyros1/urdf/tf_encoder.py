@@ -14,7 +14,7 @@ from pyros1.tf.rotation import Transform
 _STAMP = struct.Struct("<II")
 _NUMBERS = struct.Struct("<7d")
 _SEQ_SIZE = 4
-"""Size in bytes of what precedes the stamp in a header: the sequence number, which is always 0."""
+"""Size in bytes of a header's part before the stamp: the sequence number, which is always 0."""
 
 
 class TransformBatch:

@@ -211,7 +211,7 @@ class Migrator:
 
 
 def _have_same_fields(old: MessageClass, new: MessageClass) -> bool:
-    """Return whether two classes differ only in constants and in the definitions of the types they use, if at all."""
+    """Return whether two classes have the same fields; constants, and definitions of the types used, may differ."""
     fields = [
         [
             (name, type_name if "/" not in type_name else type_name.partition("[")[1:])

@@ -78,7 +78,7 @@ def copy_types(target: Typestore, source: Typestore, name: str) -> None:
 
 
 def used_types(store: Typestore, name: str) -> Iterator[str]:
-    """Yield the names of the message types that a type's fields have."""
+    """Yield the names of the message types of a type's fields."""
     for _, field_type in store.fielddefs[name][1]:
         element_type: Any = field_type[1][0] if field_type[0] in (Nodetype.ARRAY, Nodetype.SEQUENCE) else field_type
         if element_type[0] == Nodetype.NAME:

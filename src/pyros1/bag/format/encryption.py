@@ -20,7 +20,7 @@ ENCRYPTORS = (AES_ENCRYPTOR, NO_ENCRYPTOR)
 
 _BLOCK_SIZE = 16
 _PIECE_SIZE = 1 << 20
-"""Number of bytes that are encrypted or decrypted at a time, since the package copies them."""
+"""Number of bytes that are encrypted or decrypted at a time, since ``cryptography`` copies them."""
 
 Buffer = bytes | bytearray | memoryview
 _DEFAULT_USER = "*"

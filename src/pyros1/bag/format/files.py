@@ -1,4 +1,4 @@
-"""Gives all readers access to an open bag file: to its version and header, and to single records by offset."""
+"""An open bag file, as all readers use it: its version, its header, and single records by offset."""
 
 from __future__ import annotations
 

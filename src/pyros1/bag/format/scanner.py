@@ -1,4 +1,4 @@
-"""Reads a bag from beginning to end without its index, and does not trust any length in it.
+"""Reads a bag from beginning to end, without its index and without trusting any length in it.
 
 The scanner finds all complete messages in bags that were not closed, are cut off, or are damaged. Only one chunk is in
 memory at a time.

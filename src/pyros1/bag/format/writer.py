@@ -44,7 +44,7 @@ _INDEX_ENTRY = struct.Struct("<III")
 _CONN_AND_COUNT = struct.Struct("<II")
 
 _LARGE_MESSAGE_SIZE = 256 * 1024
-"""Size in bytes from which a message is the last one in its chunk, unless chunks are compressed."""
+"""Size in bytes from which a message ends its chunk, unless chunks are compressed."""
 
 Entries = dict[int, bytes | bytearray]
 """Connection id -> data of its index record: each message's time and offset in the chunk's content.

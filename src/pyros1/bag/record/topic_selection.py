@@ -17,7 +17,7 @@ class TopicSelection:
         topics: full names, or regular expressions.
         uses_regex: whether `topics` are regular expressions, which must match the whole name.
         all_topics: whether to record all topics.
-        exclude: regular expression for topics to leave out of those that `all_topics`, `uses_regex` or `node` selects.
+        exclude: regular expression for topics to leave out although `all_topics`, `uses_regex` or `node` selects them.
         node: name of a node; the topics to which it subscribes are recorded.
 
     Raises:

@@ -14,7 +14,7 @@ class TopicSearch:
     """Searches the master for topics to record.
 
     Topic names are returned as requested, or as the master lists them; remappings apply only on subscription, as in
-    stock.
+    stock ROS.
 
     Args:
         node: the recorder's node.

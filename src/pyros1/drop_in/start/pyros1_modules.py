@@ -20,15 +20,14 @@ MODULES = os.path.join(os.path.dirname(HERE), "modules")
 
 
 class PlaceholderFinder(object):
-    """A placeholder at the end of sys.meta_path until a module is imported that no other finder finds."""
+    """Stands in for the real finder at the end of sys.meta_path until no other finder finds an imported module."""
 
     importing_thread = None  # id of the thread that is importing the real finder
 
     def find_spec(self, name, path=None, target=None):
         if path is not None or name in getattr(sys, "stdlib_module_names", ()) or name.startswith("pyros1"):
             return None
-        # Python holds the import lock now. Other threads may be waiting for it while they import the modules that are
-        # imported here.
+        # Python holds the import lock now. Other threads that import the modules needed here may be waiting for it.
         try:
             _imp.release_lock()
         except RuntimeError:  # called by a program, not by the import system
@@ -50,7 +49,7 @@ class PlaceholderFinder(object):
     def replace(self):
         """Replace this finder with the real one, and return the real one; None if this Python has no pyros1."""
         if self.importing_thread == get_ident():
-            return None  # the import below tries to import a module that does not exist
+            return None  # the import below itself tries to import a module that does not exist
         self.importing_thread = get_ident()
         was_gc_enabled = gc.isenabled()
         gc.disable()  # like pyros1.ground.loading
@@ -71,10 +70,10 @@ class PlaceholderFinder(object):
 
 
 class FolderFilter(object):
-    """Precedes Python's own finder, which considers any folder a package if there is no other package of that name.
+    """Precedes Python's own finder, which treats any folder as a package if there is no other package with its name.
 
-    The source folder of a workspace contains folders like std_msgs; without this filter, the messages would not be
-    found. If stock's genpy is installed, but not its rospy, the basic modules must be those of pyros1 as well.
+    A workspace's source folder contains folders like std_msgs, which would hide the messages without this filter. If
+    stock's genpy is installed, but not its rospy, the basic modules must be pyros1's as well.
     """
 
     def find_spec(self, name, path=None, target=None):
@@ -181,7 +180,7 @@ REMOVED_FEATURES += tuple(
 
 
 def replacement_for(error):
-    """Return what to use instead of a feature of older versions of Python or a library; None if there is no hint."""
+    """Return what replaces a feature of older versions of Python or a library; None if no hint applies."""
     if not isinstance(error, (AttributeError, ImportError, TypeError)):
         return None
     text = str(error)
@@ -205,8 +204,8 @@ def hint_for(error):
 def take_over(name):
     """Import the actual module instead of the one with the same name in this folder.
 
-    The folder contains modules with the names that programs import first. They are only found if another sitecustomize
-    precedes that of pyros1 on PYTHONPATH, so that `install` has not been called yet.
+    The folder contains modules with the names that programs import first. Python only finds them if another
+    sitecustomize precedes pyros1's on PYTHONPATH, so that `install` has not been called yet.
     """
     sys.path[:] = [entry for entry in sys.path if os.path.abspath(entry or ".") != HERE]
     install()

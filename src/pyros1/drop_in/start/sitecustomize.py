@@ -1,6 +1,5 @@
-# Python imports this module when a program starts, if PYTHONPATH contains this folder. pyros1 run, launch and setup set
-# PYTHONPATH in this way. This module must work with any Python, including Python 2 and one without pyros1, and do no
-# harm.
+# Python imports this module when a program starts, if PYTHONPATH contains this folder, which pyros1 run, launch and
+# setup add to it. This module must work with any Python, including Python 2 and one without pyros1, and do no harm.
 import os
 import sys
 
@@ -24,5 +23,5 @@ import pyros1_modules  # noqa: E402
 
 try:
     _run_hidden_sitecustomize()
-finally:  # Python reports an error in the other sitecustomize, and continues
+finally:  # if the other sitecustomize fails, Python reports the error and continues
     pyros1_modules.install()

@@ -58,7 +58,7 @@ __getattr__ = module_getattr(
 NO_TRANSITION = -1
 INVALID_TRANSITION = -2
 g_goal_id = 1
-"""Number of the program's next goal."""
+"""The number that the program's next goal gets."""
 _goal_id_lock = threading.RLock()
 _POLL_INTERVAL = 0.01
 """Seconds between checks for the server."""
@@ -77,7 +77,7 @@ def message_classes(ActionSpec: Any) -> tuple[Any, Any, Any]:
 
 
 class Countdown:
-    """A timeout in the node's time, which may jump back, and may stand still while the node shuts down.
+    """A timeout in the node's time, which may jump back, or stand still while the node shuts down.
 
     Args:
         timeout: rospy.Duration; zero for no limit.
@@ -97,7 +97,7 @@ class Countdown:
             self._seconds_left -= max(0.0, (now - self._last).to_sec())
             self._last, self._last_change = now, time.monotonic()
         elif PROCESS.shutdown_requested and time.monotonic() - self._last_change > TICK_TIMEOUT:
-            return 0.0  # called by a shutdown hook, and the simulation that publishes /clock has ended
+            return 0.0  # in a shutdown hook: the simulation that publishes /clock has ended, too
         return self._seconds_left
 
 
@@ -123,7 +123,7 @@ class GoalManager:
         self.send_goal_fn = fn
 
     def register_cancel_fn(self, fn: Callable[[Any], object]) -> None:
-        """Set the function that sends a request to cancel a goal: its GoalID."""
+        """Set the function that sends a goal's GoalID to cancel the goal."""
         self.cancel_fn = fn
 
     def init_goal(

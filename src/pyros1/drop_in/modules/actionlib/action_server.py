@@ -109,7 +109,7 @@ class ActionServer:
 
     @property
     def last_cancel(self) -> Any:
-        """The latest rospy.Time up to which goals were cancelled."""
+        """The latest rospy.Time up to which goals were cancelled by stamp."""
         return self._table.last_cancel
 
     @last_cancel.setter

@@ -115,7 +115,7 @@ class CommStateMachine:
             self.transition_cb(ClientGoalHandle(self))
 
     def update_status(self, status_array: Any) -> None:
-        """Process the server's GoalStatusArray; if the goal has vanished from that array, the goal is lost."""
+        """Process the server's GoalStatusArray; a goal that has vanished from that array is lost."""
         with self.mutex:
             if self.state == CommState.DONE:
                 return

@@ -8,7 +8,7 @@ import rospy
 
 
 class HandleTrackerDeleter:
-    """Called when the last handle of a goal was deleted; the goal then remains in the status list only for a while.
+    """Called when the last handle of a goal is deleted; the goal then stays in the status list only for a while.
 
     Args:
         action_server: the ActionServer.

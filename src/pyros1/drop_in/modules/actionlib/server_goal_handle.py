@@ -1,4 +1,4 @@
-"""The handle of a goal for the server's program."""
+"""The handle through which a server's program controls a goal."""
 
 from __future__ import annotations
 
@@ -88,7 +88,7 @@ class ServerGoalHandle:
             self.action_server.publish_feedback(self.status_tracker.status, feedback)
 
     def set_accepted(self, text: str = "") -> None:
-        """Accept the goal. Like the methods below, only log an error if the goal's state does not allow that."""
+        """Accept the goal. Like the methods below, this only logs an error if the goal's state does not allow it."""
         self._log("Accepting goal, id: %s, stamp: %.2f")
         if self._transition(Transition.ACCEPT, text, "an active", "pending or recalling"):
             with self.action_server.lock:

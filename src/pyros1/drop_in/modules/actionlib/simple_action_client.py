@@ -48,7 +48,7 @@ _ALLOWED_SIMPLE_STATES = {
     CommState.ACTIVE: {SimpleGoalState.PENDING, SimpleGoalState.ACTIVE},
     CommState.PREEMPTING: {SimpleGoalState.PENDING, SimpleGoalState.ACTIVE},
 }
-"""The simple states in which a goal may change to a CommState; changes to other CommStates are always possible."""
+"""CommState -> the simple states in which a goal may enter it; all other CommStates may be entered at any time."""
 
 
 class SimpleActionClient:

@@ -87,7 +87,7 @@ class SimpleActionServer:
         self.action_server.start()
 
     def register_goal_callback(self, cb: Callable[[], object] | None) -> None:
-        """Set a function to call, without arguments, when a goal was received; not for a server with ``execute_cb``."""
+        """Set a function to call, without arguments, when a goal arrives; not for a server with ``execute_cb``."""
         if self.execute_callback:
             rospy.logwarn(
                 "Cannot call SimpleActionServer.register_goal_callback() because an executeCallback exists. Not going "
@@ -126,7 +126,7 @@ class SimpleActionServer:
         return self.new_goal
 
     def is_preempt_requested(self) -> bool:
-        """Return whether a client or a newer goal preempts the current goal."""
+        """Return whether a client has cancelled the current goal, or a newer goal preempts it."""
         return self.preempt_request
 
     def is_active(self) -> bool:

@@ -20,19 +20,18 @@ __getattr__ = module_getattr("actionlib.status_tracker")
 
 
 class StatusTracker(Tracked):
-    """A goal that was received, or only a request to cancel it.
+    """A goal that was received, or a request to cancel a goal that has not arrived yet.
 
     Attributes:
         status: the actionlib_msgs/GoalStatus.
         goal: the message on the action's goal topic, or None.
         handle_tracker: the `HandleTrackerDeleter` of the handles; None if there are none.
-        handle_destruction_time: rospy.Time of the deletion of the last handle; zero if there still are handles.
+        handle_destruction_time: rospy.Time at which the last handle was deleted; zero while there are handles.
 
     Args:
-        goal_id, status: the GoalID of a request to cancel, and its status, a constant of GoalStatus; both None for a
-            goal.
-        goal: the goal's message; None for a request to cancel. An empty id is replaced with a generated one, a zero
-            stamp with the current time.
+        goal_id, status: the GoalID of a cancel request, and its status, a constant of GoalStatus; both None for a goal.
+        goal: the goal's message; None for a cancel request. An empty id is replaced with a generated one, a zero stamp
+            with the current time.
     """
 
     def __init__(self, goal_id: Any = None, status: int | None = None, goal: Any = None) -> None:
@@ -49,7 +48,7 @@ class StatusTracker(Tracked):
 
     @property
     def handle_destruction_time(self) -> Any:
-        """The rospy.Time at which the last handle was deleted; zero if there still are handles."""
+        """The rospy.Time at which the last handle was deleted; zero while there are handles."""
         return self.ended_at or rospy.Time()
 
     @handle_destruction_time.setter

@@ -44,7 +44,7 @@ class CameraInfoManager:
     Args:
         cname: the camera's name.
         url: URL of the calibration: ``file://...`` or ``package://NAME/...``; empty for a file in ROS_HOME. ``${NAME}``
-            stands for the camera's name, and ``${ROS_HOME}`` for that folder.
+        is replaced with the camera's name, and ``${ROS_HOME}`` with that folder.
         namespace: namespace of the service.
     """
 
@@ -81,7 +81,7 @@ class CameraInfoManager:
             self.camera_info = loadCalibration(self.url, self.cname)
 
     def setCameraInfo(self, req: Any) -> Any:
-        """Set a calibration, and save it; the service's handler."""
+        """Set a calibration and save it. This is the service's handler."""
         with self._lock:
             self.camera_info = req.camera_info
         response = SetCameraInfoResponse()
@@ -157,7 +157,7 @@ def loadCalibration(url: str, cname: str) -> Any:
 
 
 def loadCalibrationFile(filename: str, cname: str) -> Any:
-    """Return the calibration in a file; an empty one if the file is missing, or damaged, which is logged."""
+    """Return the calibration in a file. If the file is missing or damaged, return an empty one; damage is logged."""
     message = CameraInfo()
     try:
         with open(filename, encoding="utf-8") as file:
@@ -178,7 +178,7 @@ def loadCalibrationFile(filename: str, cname: str) -> Any:
 
 
 def saveCalibration(new_info: Any, url: str, cname: str) -> bool:
-    """Save a calibration at a URL; return whether that was possible."""
+    """Save a calibration at a URL; return whether it was saved."""
     path = _file_path(url, cname)
     if not path:
         rospy.logerr("Invalid camera calibration URL: %s", url)
@@ -187,7 +187,7 @@ def saveCalibration(new_info: Any, url: str, cname: str) -> bool:
 
 
 def saveCalibrationFile(ci: Any, filename: str, cname: str) -> bool:
-    """Save a calibration in a file; return whether that was possible."""
+    """Save a calibration in a file; return whether it was saved."""
     values = {
         "image_width": ci.width,
         "image_height": ci.height,

@@ -69,9 +69,9 @@ def encode(image: Any, file_format: str) -> bytes:
 def convert(image: Any, target: Encoding) -> Any:
     """Convert an image that was read from a file to an encoding other than "bgr8".
 
-    As in stock ROS, the file's encoding is considered to be "bgr8", whatever its depth and channels are. There are two
-    differences. An image with 16 bits keeps its values in encodings with 16 bits; in stock ROS, the values overflow.
-    And a grey image may remain grey.
+    As in stock ROS, the file is assumed to be "bgr8", whatever its depth and channels are. There are two differences: a
+    16-bit image keeps its values in 16-bit encodings, while in stock ROS the values overflow; and a grey image may
+    remain grey.
 
     Raises:
         CvBridgeError: there is no such conversion.

@@ -21,7 +21,7 @@ class CvBridge:
     Attributes:
         cvtype_to_name: OpenCV's type number -> the type's name.
         cvdepth_to_numpy_depth: OpenCV's depth number -> the name of numpy's type.
-        numpy_type_to_cvtype: numpy's type -> short name of OpenCV's depth, and back.
+        numpy_type_to_cvtype: numpy's type -> short name of OpenCV's depth, and vice versa.
     """
 
     def __init__(self) -> None:
@@ -36,7 +36,7 @@ class CvBridge:
         return f"{self.numpy_type_to_cvtype[dtype.name]}C{n_channels}"
 
     def cvtype2_to_dtype_with_channels(self, cvtype: int) -> tuple[str, int]:
-        """Return the name of numpy's type, and the number of channels, for OpenCV's type number."""
+        """Return the name of numpy's type, and the number of channels, for an OpenCV type number."""
         return depth_of_cv_type(cvtype), cvtype // 8 % 64 + 1
 
     def encoding_to_cvtype2(self, encoding: str) -> int:
@@ -56,7 +56,7 @@ class CvBridge:
 
         Args:
             img_msg: a sensor_msgs/Image.
-            desired_encoding: the encoding of the array; "passthrough" for that of the message.
+            desired_encoding: the encoding of the array; "passthrough" for the message's encoding.
 
         Returns:
             Array of shape (height, width), or (height, width, channels) if there are several. Without conversion, it
@@ -93,7 +93,7 @@ class CvBridge:
 
         Args:
             cvim: array of shape (height, width), or (height, width, channels).
-            encoding: the encoding of the array; "passthrough" for OpenCV's name for its type.
+            encoding: the encoding of the array; "passthrough" for the OpenCV name of its type.
             header: the header; None for an empty one.
 
         Raises:
@@ -129,15 +129,15 @@ class CvBridge:
 
         Args:
             cmprs_img_msg: the message.
-            desired_encoding: the encoding of the array. For "passthrough" and, as in stock ROS, "bgr8", the array has
-                the channels and depth of the file; other encodings for colours with 8 bits keep the depth as well.
+            desired_encoding: the encoding of the array. For "passthrough" and, as in stock ROS, "bgr8", the array keeps
+            the file's channels and depth; other 8-bit colour encodings keep the depth as well.
 
         Returns:
             The array; None, as in stock ROS, if the data cannot be read and the order of channels would not change.
 
         Raises:
-            CvBridgeError: there are no data, they cannot be converted, or Pillow cannot read such files and OpenCV,
-                which can, is not installed.
+            CvBridgeError: there are no data, they cannot be converted, or only OpenCV can read such files and it is not
+            installed.
         """
         image = compressed.decode(bytes(cmprs_img_msg.data))
         if desired_encoding in ("passthrough", "bgr8", ""):

@@ -27,7 +27,7 @@ def cvtColorForDisplay(
     Args:
         source: array of shape (rows, columns), or (rows, columns, channels).
         encoding_in: the encoding of the array.
-        encoding_out: "bgr8", "mono8" or another encoding for colours with 8 bits; "" for "bgr8".
+        encoding_out: "bgr8", "mono8" or another 8-bit colour encoding; "" for "bgr8".
         do_dynamic_scaling: whether to map the minimum to black and the maximum to white; only for one channel.
         min_image_value, max_image_value: without dynamic scaling, the values to map to black and white; if they are
             equal, values are not scaled.

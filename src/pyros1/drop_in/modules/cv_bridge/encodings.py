@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 _DEPTHS = ("uint8", "int8", "uint16", "int16", "int32", "float32", "float64")
-"""numpy's types, indexed by OpenCV's number of the depth."""
+"""numpy's types, indexed by OpenCV's depth number."""
 DEPTH_NAMES = dict(zip(_DEPTHS, ("8U", "8S", "16U", "16S", "32S", "32F", "64F"), strict=True))
 _GENERIC = re.compile(r"(8U|8S|16U|16S|32S|32F|64F)C([0-9]{1,3})\Z")
 _BAYER = re.compile(r"bayer_(rggb|bggr|gbrg|grbg)(8|16)\Z")
@@ -17,7 +17,7 @@ _COLOR = re.compile(r"(rgba|bgra|rgb|bgr|mono)(8|16)\Z")
 _YUV = {"yuv422": "COLOR_YUV2BGR_UYVY", "yuv422_yuy2": "COLOR_YUV2BGR_YUY2"}
 _BAYER_CODES = {"rggb": "BayerBG", "bggr": "BayerRG", "gbrg": "BayerGR", "grbg": "BayerGB"}
 _WEIGHTS = {"r": 9798, "g": 19235, "b": 3735}
-"""Weights of the colours in grey, in units of 2 ** -15."""
+"""Weights of the colours when converting to grey, in units of 2 ** -15."""
 
 
 class CvBridgeError(TypeError):
@@ -25,7 +25,7 @@ class CvBridgeError(TypeError):
 
 
 class Encoding(NamedTuple):
-    """An encoding: numpy type, number of channels, their order for colours ("m" is grey, "" is none), and the name."""
+    """An encoding: numpy type, number of channels, order of the colours ("m": grey, "": no colours), and name."""
 
     dtype: str
     channels: int
@@ -39,11 +39,11 @@ class Encoding(NamedTuple):
 
 
 _MAX_CHANNELS = 512
-"""OpenCV's limit."""
+"""OpenCV's limit for the number of channels."""
 
 
 _ROUNDING_LIMIT = 1 << 31
-"""The smallest number that is too large for OpenCV's rounding."""
+"""The smallest number that is too large for OpenCV to round."""
 
 
 def find_encoding(name: str) -> Encoding:

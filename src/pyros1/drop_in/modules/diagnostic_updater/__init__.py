@@ -50,6 +50,6 @@ __all__ = [
     "TimeStampStatusParam",
     "TopicDiagnostic",
     "Updater",
-    "rospy",  # programs that use `import *` get these from stock, too
+    "rospy",  # with stock, too, `import *` provides these names
     "threading",
 ]

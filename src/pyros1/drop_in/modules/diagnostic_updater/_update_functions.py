@@ -19,7 +19,7 @@ class FrequencyStatusParam:
 
     Args:
         freq_bound: a dictionary with the expected "min" and (optional) "max" in Hz, which may be changed later.
-        tolerance: fraction by which the frequency may be outside this range: 0.1 is 10 %.
+        tolerance: fraction by which the frequency may lie outside this range: 0.1 is 10 %.
         window_size: number of updates over which events are counted.
     """
 
@@ -72,7 +72,7 @@ class TimeStampStatusParam:
 
 
 class TimeStampStatus(DiagnosticTask):
-    """Monitors whether time stamps are close to the time at which their messages arrive.
+    """Monitors whether messages' time stamps are close to the times at which they arrive.
 
     Args:
         params: a `TimeStampStatusParam`.

@@ -65,7 +65,7 @@ class Client:
             return None
 
     def get_configuration(self, timeout: float | None = None) -> Any:
-        """Return the latest configuration; None if there is none in time.
+        """Return the latest configuration; None if none arrives in time.
 
         Args:
             timeout: seconds to wait for the first configuration; None or 0 for no limit.
@@ -142,15 +142,15 @@ class Client:
 
     @property
     def config(self) -> Any:
-        """The latest configuration; None before the first."""
+        """The latest configuration; None until the first one arrives."""
         return self._wait_or_none(self._client.config, 0)
 
     @property
     def param_description(self) -> Any:
-        """All parameters; None at first."""
+        """All parameters; None until the description arrives."""
         return self._wait_or_none(self._client.description, 0)
 
     @property
     def group_description(self) -> Any:
-        """The groups; None at first."""
+        """The groups; None until the description arrives."""
         return self._wait_or_none(self._client.groups, 0)

@@ -30,7 +30,7 @@ class Config(pyros1.reconfigure.config.Config):
 
 
 def encode_description(descr: Any) -> Any:
-    """Convert the description in a module, which was created from a ``.cfg`` file, to a message."""
+    """Convert the description in a module created from a ``.cfg`` file to a message."""
     return _encoding.encode_description(descr.config_description, descr.max, descr.min, descr.defaults)
 
 
@@ -82,7 +82,7 @@ def initial_config(msg: Any, description: Any = None) -> Any:
     Args:
         msg: the Config.
         description: a description from a ``.cfg`` file. If ``msg`` has groups, the result includes the groups of the
-            description, in the states given there. None to leave out the groups.
+            description, in the states that the description gives. None to leave out the groups.
     """
     values = _encoding.decode(msg, Config)
     if description is None or not any(group.id == 0 for group in msg.groups):
@@ -91,7 +91,7 @@ def initial_config(msg: Any, description: Any = None) -> Any:
 
 
 def decode_config(msg: Any, description: Any = None) -> Any:
-    """Return the values in a Config, and if a description from `decode_description` is given, also the groups."""
+    """Return the values in a Config and, if a description from `decode_description` is given, the groups."""
     values = _encoding.decode(msg, Config)
     if description is None:
         return values

@@ -29,10 +29,10 @@ from pyros1.msgs.dynamic_reconfigure.srv import Reconfigure as ReconfigureSrv
 
 
 class SetService:
-    """The service of a server, with the members of a `rospy.Service` that programs use.
+    """A server's service, with the members of `rospy.Service` that programs use.
 
     Args:
-        service: the service of pyros1.
+        service: pyros1's service.
 
     Attributes:
         resolved_name: full name.
@@ -67,7 +67,7 @@ class Server:
     Args:
         type: the module created from a ``.cfg`` file, such as ``my_package.cfg.TutorialsConfig``.
         callback: called as ``callback(config, level)`` initially and for each change; returns the configuration.
-        namespace: namespace of parameters, topics and service, below the node's private one unless it starts with
+        namespace: namespace of parameters, topics and service, below the private namespace unless it starts with
             ``/``.
 
     Attributes:

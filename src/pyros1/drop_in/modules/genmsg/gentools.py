@@ -52,7 +52,9 @@ compute_md5_v2 = compute_md5
 
 
 def compute_full_text(msg_context: MsgContext, spec: MsgSpec | SrvSpec) -> str:
-    """Return a definition and those of all types it uses, as in connection headers; see :func:`compute_md5`."""
+    """Return a definition, followed by the definitions of all types that it uses, as in connection headers; see
+    :func:`compute_md5`.
+    """
     return _digests(msg_context).full_text(_parse(spec))
 
 

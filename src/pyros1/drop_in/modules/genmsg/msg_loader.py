@@ -1,4 +1,4 @@
-"""Loads definitions, and those they use, from files."""
+"""Loads definitions, and the definitions that they use, from files."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ class MsgNotFound(Exception):
 
 
 class MsgContext:
-    """Definitions by full name, with their files and the types that each uses."""
+    """Definitions by full name, with their files and the types that they use."""
 
     def __init__(self) -> None:
         self._registered: dict[str, MsgSpec] = {}
@@ -101,7 +101,7 @@ class MsgContext:
         return self._dependencies.get(full_msg_type)
 
     def get_all_depends(self, full_msg_type: str) -> list[str]:
-        """Return the names of all types that a type uses, each followed by those it uses itself; raises KeyError."""
+        """Return the names of all types that a type uses, each followed by the types that it uses; raises KeyError."""
         direct = self.get_depends(full_msg_type)
         if direct is None:
             raise KeyError(full_msg_type)

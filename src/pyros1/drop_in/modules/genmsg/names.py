@@ -19,7 +19,7 @@ def normalize_package_context(package_context: str) -> str:
 
 
 def package_resource_name(name: str) -> tuple[str, str]:
-    """Return package and short name; the package is empty if the name has none.
+    """Return a name's package and short name; the package is empty if the name has none.
 
     Raises:
         ValueError: there are two slashes.
@@ -31,7 +31,7 @@ def package_resource_name(name: str) -> tuple[str, str]:
 
 
 def resource_name(res_pkg_name: str, name: str, my_pkg: str | None = None) -> str:
-    """Return a full name, or the short one in the package ``my_pkg``."""
+    """Return a full name, or just the short name if the package is ``my_pkg``."""
     if res_pkg_name == my_pkg or not res_pkg_name:
         return name
     return f"{res_pkg_name}{PRN_SEPARATOR}{name}"

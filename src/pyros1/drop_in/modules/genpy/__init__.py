@@ -1,4 +1,4 @@
-"""genpy, by pyros1: the base class of messages, and the types of times (https://wiki.ros.org/genpy)."""
+"""genpy, by pyros1: the base class of messages, and the time types (https://wiki.ros.org/genpy)."""
 
 from genpy.message import DeserializationError, Message, MessageException, SerializationError, struct_I
 from genpy.rostime import Duration, Time, TVal

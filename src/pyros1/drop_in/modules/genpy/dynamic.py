@@ -26,7 +26,7 @@ def generate_dynamic(core_type: str, msg_cat: str) -> dict[str, type[Any]]:
 
     Args:
         core_type: the type, ``package/Type``.
-        msg_cat: the full text: its definition, and those of all types that it uses.
+        msg_cat: the full text: its definition, and the definitions of all types that it uses.
 
     Returns:
         Full type name -> class.
@@ -49,7 +49,7 @@ def generate_dynamic(core_type: str, msg_cat: str) -> dict[str, type[Any]]:
 
 
 def make_importable(classes: dict[str, type[Any]]) -> None:
-    """Put classes and those that they use into modules, so that this process and its forks can pickle their messages.
+    """Put classes, and the classes that they use, into modules, so that this process and its forks can pickle messages.
 
     Args:
         classes: full type name -> class.

@@ -1,4 +1,4 @@
-"""The generator of message modules; pyros1 does not need it because it generates classes when they are imported."""
+"""The generator of message modules. pyros1 does not need it: it creates classes when they are imported."""
 
 from genmsg import InvalidMsgSpec, MsgContext, MsgGenerationException, MsgSpec
 

@@ -34,12 +34,12 @@ def fill_message_args(msg: Any, msg_args: Any, keys: Mapping[str, Any] | None = 
 
     Args:
         msg: the message.
-        msg_args: a list of all values, a mapping of some, or a list containing one such mapping.
+        msg_args: a list of all values, a mapping with some of the values, or a list containing one such mapping.
         keys: words that stand for times and headers in ``msg_args``, with their values.
 
     Raises:
         MessageException: a value does not fit its field.
-        ValueError: ``msg_args`` has a wrong type.
+        ValueError: ``msg_args`` has the wrong type.
     """
     if not isinstance(msg, (Message, TVal)):
         raise ValueError(f"msg must be a Message or time, not {type(msg).__name__}")
@@ -74,11 +74,11 @@ def strify_message(
 
 
 def get_printable_message_args(msg: Message, buff: Any = None, prefix: str = "") -> str:
-    """Return the names of a message's fields; fields of nested messages have their path as prefix.
+    """Return the names of a message's fields; nested fields are prefixed with their path.
 
     Args:
         msg: the message.
-        buff: a text buffer to which they are appended, and whose text is returned; None for none.
+        buff: a text buffer to which the names are appended, and whose whole text is returned; None for no buffer.
         prefix: path of the message itself, ending with a dot.
     """
     text = "".join(_printable_names(msg, prefix))
@@ -135,7 +135,7 @@ def _find_class(name: str, kind: str) -> Any:
     if not is_type_name(name):
         raise ValueError(f"invalid name [{name}]")
     package, _, short = name.partition("/")
-    try:  # the module that programs import: it may come from a catkin workspace
+    try:  # the module that programs import, which may come from a catkin workspace
         return getattr(import_module(f"{package}.{kind}"), short, None)
     except (ImportError, MessageException):
         return None

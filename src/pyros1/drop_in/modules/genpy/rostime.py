@@ -8,4 +8,4 @@ __all__ = ["Duration", "TVal", "Time"]
 __getattr__ = module_getattr(__name__)
 
 for _class in (TVal, Time, Duration):
-    _class.__module__ = __name__  # programs for stock expect genpy's name, for example in pickles
+    _class.__module__ = __name__  # programs written for stock expect genpy's name, for example in pickles

@@ -1,8 +1,8 @@
 """Models of pinhole cameras and stereo pairs (https://wiki.ros.org/image_geometry), from sensor_msgs/CameraInfo (REP
 104).
 
-K, D, R and P are as that message defines them: D distorts a ray (x, y, 1) of the camera, and K converts it to a pixel
-of the raw image; R rotates the ray, and P converts it to a pixel of the rectified image.
+K, D, R and P are defined as in that message: D distorts a ray (x, y, 1) of the camera, and K converts it to a pixel of
+the raw image; R rotates the ray, and P converts it to a pixel of the rectified image.
 """
 
 from __future__ import annotations
@@ -21,13 +21,13 @@ __getattr__ = module_getattr("image_geometry.cameramodels", cv2="it uses numpy i
 _UNDISTORTION_STEPS = 5
 """Number of iterations to undistort a ray, as in stock's library."""
 _SUBPIXEL_STEPS = 32
-"""Number of steps per pixel in interpolation of colours."""
+"""Number of steps per pixel when interpolating colours."""
 _CUBIC_COEFFICIENT = -0.75
 """Coefficient of cubic interpolation, as in stock's library."""
 
 
 def mkmat(rows: int, cols: int, L: Sequence[float]) -> Any:
-    """Return a numpy matrix of numbers that are listed row by row; raises ValueError if their count is wrong."""
+    """Return a numpy matrix from numbers listed row by row; raises ValueError if there are too few or too many."""
     return np.matrix(L, dtype="float64").reshape(rows, cols)
 
 
@@ -83,7 +83,7 @@ class PinholeCameraModel:
 
         Args:
             raw: the raw image: an array [height, width] or [height, width, channels].
-            rectified: the array, of the same shape and type, that gets the rectified image; 0 where there is none.
+            rectified: an array of the same shape and type for the result; pixels outside the raw image become 0.
         """
         v, u = np.mgrid[: self.height, : self.width].astype(float)
         pixel_to_ray = np.linalg.inv(np.asarray(self.P)[:, :3] @ np.asarray(self.R))
@@ -104,7 +104,7 @@ class PinholeCameraModel:
             return pixel[:2] / pixel[2]
 
     def project3dToPixel(self, point: Sequence[float]) -> tuple[float, float]:
-        """Return the rectified pixel (u, v) of a point (x, y, z), in metres in the camera's frame; NaNs if z is 0."""
+        """Return the rectified pixel (u, v) of a point (x, y, z), in metres in the camera's frame; NaN if z is 0."""
         u, v, w = np.asarray(self.P) @ (point[0], point[1], point[2], 1.0)
         return (u / w, v / w) if w != 0 else (math.nan, math.nan)
 
@@ -274,7 +274,7 @@ class StereoCameraModel:
 
 
 def _sample(raw: Any, u: Any, v: Any, out: Any) -> None:
-    """Set ``out`` to the colours at places (u, v) of an image, by cubic interpolation, or to 0 outside the image."""
+    """Set ``out`` to the colours at positions (u, v) in an image, by cubic interpolation, or to 0 outside the image."""
     columns, rows = (
         np.rint(np.clip(coordinates, -1e6, 1e6) * _SUBPIXEL_STEPS).astype(np.int64) for coordinates in (u, v)
     )
@@ -295,7 +295,7 @@ def _sample(raw: Any, u: Any, v: Any, out: Any) -> None:
 
 
 def _weights(fraction: Any) -> tuple[Any, Any, Any, Any]:
-    """Return the weights of the four pixels around a place that is ``fraction`` of the way from the second to the
+    """Return the weights of the four pixels around a position that is ``fraction`` of the way from the second to the
     third.
     """
     a = _CUBIC_COEFFICIENT

@@ -1,4 +1,4 @@
-"""Server of markers that users of RViz move and click (https://wiki.ros.org/interactive_markers)."""
+"""Server for markers that users move and click in RViz (https://wiki.ros.org/interactive_markers)."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _KEEP_ALIVE_INTERVAL = 0.5
 _EXCLUSIVE_TIME = 1.0
 """Seconds for which a marker belongs to the client that moved it last."""
 _KEEP_CALLBACKS = -1
-"""Passed instead of a callback to keep the callbacks that are set."""
+"""Passed instead of a callback to keep the current callbacks."""
 
 FeedbackCallback = Callable[[Any], object]
 
@@ -82,8 +82,8 @@ class InteractiveMarkerServer:
 
     Args:
         topic_ns: namespace of the topics update, update_full and feedback.
-        server_id: suffix added to the node's name; needed if a node has several servers in a namespace.
-        q_size: maximum number of feedback messages queued.
+        server_id: suffix added to the node's name; needed if a node has several servers in one namespace.
+        q_size: maximum number of queued feedback messages.
     """
 
     DEFAULT_FEEDBACK_CB = 255
@@ -112,7 +112,7 @@ class InteractiveMarkerServer:
 
         Args:
             marker: the InteractiveMarker, identified by its name.
-            feedback_cb, feedback_type: see `setCallback`; a ``feedback_cb`` of -1 keeps the callbacks that are set.
+            feedback_cb, feedback_type: see `setCallback`; a ``feedback_cb`` of -1 keeps the current callbacks.
         """
         with self.mutex:
             update = self.pending_updates.setdefault(marker.name, UpdateContext())
@@ -140,7 +140,7 @@ class InteractiveMarkerServer:
             return True
 
     def erase(self, name: str) -> bool:
-        """Remove a marker; return whether there was one of that name."""
+        """Remove a marker; return whether it existed."""
         with self.mutex:
             return self._erase(name)
 
@@ -174,7 +174,7 @@ class InteractiveMarkerServer:
         Args:
             name: name of the marker.
             feedback_cb: called with an InteractiveMarkerFeedback; None to remove the callback.
-            feedback_type: the event type of such feedback; DEFAULT_FEEDBACK_CB: all types that have no callback.
+            feedback_type: the event type of the feedback; DEFAULT_FEEDBACK_CB for all types without their own callback.
 
         Returns:
             Whether there is such a marker.
@@ -230,7 +230,7 @@ class InteractiveMarkerServer:
         """Record a new pose; the caller holds the mutex.
 
         Args:
-            update: the `UpdateContext` of changes that have not been sent to clients yet; None if there are none.
+            update: the `UpdateContext` with the changes not yet sent to clients; None if there are none.
             name, pose, header: the marker's name and new pose.
         """
         if update is None:
@@ -260,7 +260,7 @@ class InteractiveMarkerServer:
                 return
             context.last_feedback, context.last_client_id = now, feedback.client_id
             if feedback.event_type == InteractiveMarkerFeedback.POSE_UPDATE:
-                # Without a stamp, the marker stays in its frame, however the frame moves.
+                # Without a stamp, the marker moves with its frame.
                 is_fixed = context.int_marker.header.stamp.is_zero()
                 header = context.int_marker.header if is_fixed else feedback.header
                 self.doSetPose(self.pending_updates.get(name), name, feedback.pose, header)

@@ -24,7 +24,7 @@ class EntryContext:
 
 
 class MenuHandler:
-    """A menu, which can be attached to several markers. Entries are identified by handles, numbers from 1."""
+    """A menu, which can be attached to several markers. Entries are identified by handles: numbers from 1."""
 
     NO_CHECKBOX = 0
     CHECKED = 1
@@ -66,14 +66,14 @@ class MenuHandler:
         return handle
 
     def setVisible(self, handle: int, visible: bool) -> bool:
-        """Show or hide an entry, at the next `reApply`; return whether the entry exists."""
+        """Show or hide an entry from the next `reApply` on; return whether the entry exists."""
         context = self.entry_contexts_.get(handle)
         if context is not None:
             context.visible = visible
         return context is not None
 
     def setCheckState(self, handle: int, check_state: int) -> bool:
-        """Set whether an entry has a checkbox and is checked (at the next `reApply`); return False if there is none."""
+        """Set whether an entry has a checkbox and is checked, from the next `reApply` on; return whether it exists."""
         context = self.entry_contexts_.get(handle)
         if context is not None:
             context.check_state = check_state
@@ -106,7 +106,7 @@ class MenuHandler:
         return True
 
     def pushMenuEntries(self, handles_in: list[int], entries_out: list[Any], parent_handle: int) -> bool:
-        """Append the visible entries of some handles, and those below them, as visualization_msgs/MenuEntry.
+        """Append entries, and the entries below them, as visualization_msgs/MenuEntry; hidden ones are skipped.
 
         Args:
             handles_in: the handles.
@@ -114,7 +114,7 @@ class MenuHandler:
             parent_handle: handle of the entry above; 0 for none.
 
         Returns:
-            Whether all entries exist; appending stops at the first that does not.
+            Whether all entries exist; appending stops at the first one that does not.
         """
         for handle in handles_in:
             context = self.entry_contexts_.get(handle)

@@ -20,7 +20,7 @@ class LaserProjection:
     LASER_SCAN_MAX_RANGE = -3.0
 
     class ChannelOption:
-        """Channels of the cloud besides x, y and z; a sum of values selects several."""
+        """Channels of the cloud besides x, y and z; add the values to select several."""
 
         NONE = 0x00
         INTENSITY = 0x01
@@ -41,8 +41,8 @@ class LaserProjection:
 
         Args:
             scan_in: the scan; ranges outside its limits are omitted.
-            range_cutoff: in metres; longer ranges are omitted. If negative, only those beyond the scanner's limit are.
-            channel_options: a sum of `ChannelOption`; intensities only if the scan has them.
+            range_cutoff: in metres; longer ranges are omitted. If negative, only ranges beyond the scanner's limit are.
+            channel_options: a sum of `ChannelOption` values; intensities are included only if the scan has them.
 
         Returns:
             A cloud of height 1, with one point for each valid range.

@@ -1,4 +1,4 @@
-"""Filters for messages, which can be chained, like stock's Python module (https://wiki.ros.org/message_filters)."""
+"""Message filters that can be chained, like stock's Python module (https://wiki.ros.org/message_filters)."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ class Subscriber(SimpleFilter):
     """A filter that outputs the messages on a topic.
 
     Args:
-        args, kwargs: the arguments of `rospy.Subscriber`, whose attributes this object has as well.
+        args, kwargs: the arguments of `rospy.Subscriber`; this object also has its attributes.
     """
 
     def __init__(self, *args: Any, **kwargs: Any) -> None:
@@ -59,7 +59,7 @@ class Subscriber(SimpleFilter):
         return self.topic
 
     def __getattr__(self, key: str) -> Any:
-        if key == "sub":  # the constructor has not set it yet
+        if key == "sub":  # not yet set by the constructor
             raise AttributeError(key)
         return getattr(self.sub, key)
 
@@ -75,7 +75,7 @@ def _stamp(message: Any, allow_headerless: bool) -> Any:
 class Cache(SimpleFilter):
     """Stores the newest messages of a filter in the order of their arrival, and passes them on.
 
-    Like stock's, and unlike `pyros1.filters.Cache`, it does not sort by stamps.
+    Like stock's and unlike `pyros1.filters.Cache`, it does not sort by stamp.
 
     Args:
         f: the filter.
@@ -146,7 +146,7 @@ class TimeSynchronizer(SimpleFilter):
 
     Args:
         fs: the filters.
-        queue_size: maximum number of messages of each filter that wait for the others.
+        queue_size: maximum number of messages from each filter that wait for messages from the others.
         reset: whether to drop the messages of a filter when simulated time jumps back.
 
     Attributes:

@@ -15,8 +15,8 @@ __getattr__ = module_getattr(__name__)
 
 
 def _convert_items(array: Any, item_ndim: int, convert: Any) -> Any:
-    """Convert each item (row or matrix) of an array to a message; return an array of messages, or the message for a
-    single item.
+    """Convert each item (row or matrix) of an array to a message; return an array of messages or, for a single item,
+    the message.
     """
     array = np.asarray(array)
     if array.ndim == item_ndim:
@@ -28,7 +28,7 @@ def _convert_items(array: Any, item_ndim: int, convert: Any) -> Any:
 
 
 def _remove_fourth(array: Any, expected_last: float, type_name: str) -> Any:
-    """Remove the fourth coordinate, if there is one; raise AssertionError if it does not have the expected value."""
+    """Remove the fourth coordinate, if there is one; raise AssertionError if it is not the expected value."""
     array = np.asarray(array)
     if array.shape[-1] == 4:
         if not np.all(array[..., -1] == expected_last):

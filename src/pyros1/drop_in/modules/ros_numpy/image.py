@@ -36,7 +36,7 @@ def numpy_to_image(arr: Any, encoding: str) -> Any:
         encoding: its encoding.
 
     Raises:
-        TypeError: the encoding is unknown, or the array has a wrong type.
+        TypeError: the encoding is unknown, or the array has the wrong type.
     """
     expected = find_encoding(encoding)
     if expected.dtype != arr.dtype.name or expected.channels != (1 if arr.ndim < 3 else arr.shape[2]):

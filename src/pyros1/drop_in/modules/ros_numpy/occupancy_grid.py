@@ -31,7 +31,7 @@ def numpy_to_occupancy_grid(arr: Any, info: Any = None) -> Any:
         info: the map's origin and resolution; None for default values.
 
     Raises:
-        TypeError: the array has a wrong shape or type.
+        TypeError: the array has the wrong shape or type.
     """
     if arr.ndim != 2:
         raise TypeError("Array must be 2D")

@@ -1,4 +1,4 @@
-"""Converts point clouds to arrays whose elements have the cloud's fields, and back."""
+"""Converts point clouds to structured arrays with the cloud's fields, and back."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from pyros1.msgs.sensor_msgs.msg import PointCloud2, PointField
 from ros_numpy.registry import converts_from_numpy, converts_to_numpy
 
 DUMMY_FIELD_PREFIX = "__"
-"""Prefix of the names of fields that only fill gaps."""
+"""Prefix of the names of padding fields."""
 _MAX_POINT_SIZE = 1 << 16
-"""Maximum number of bytes of a point in an empty cloud."""
+"""Maximum size of a point in an empty cloud, in bytes."""
 type_mappings: list[tuple[int, Any]] = [
     (PointField.INT8, np.dtype("int8")),
     (PointField.UINT8, np.dtype("uint8")),
@@ -43,8 +43,7 @@ def fields_to_dtype(fields: Sequence[Any], point_step: int, is_bigendian: bool =
         is_bigendian: whether numbers are big-endian.
 
     Returns:
-        (name, type) of each field, or (name, type, shape); gaps are filled with fields whose names begin with two
-        underscores.
+        (name, type) of each field, or (name, type, shape); padding fields have names that begin with two underscores.
     """
     types: list[tuple[Any, ...]] = []
     end = 0
@@ -129,7 +128,7 @@ def array_to_pointcloud2(cloud_arr: Any, stamp: Any = None, frame_id: str | None
 
 
 def merge_rgb_fields(cloud_arr: Any) -> Any:
-    """Return an array with the fields r, g and b merged into ``rgb``, a float32 whose bits contain them."""
+    """Return an array with the fields r, g and b merged into ``rgb``, a float32 whose bits hold the three colours."""
     r, g, b = (np.asarray(cloud_arr[name], dtype=np.uint32) for name in "rgb")
     rgb = ((r << 16) | (g << 8) | b).view(np.float32)
     kept_names = [name for name in cloud_arr.dtype.names if name not in ("r", "g", "b")]
@@ -142,7 +141,7 @@ def merge_rgb_fields(cloud_arr: Any) -> Any:
 
 
 def split_rgb_field(cloud_arr: Any) -> Any:
-    """Return an array with the field ``rgb``, whose bits contain three colours, split into r, g and b."""
+    """Return an array with the field ``rgb``, whose bits hold three colours, split into r, g and b."""
     rgb = np.ascontiguousarray(cloud_arr["rgb"]).view(np.uint32)
     kept_names = [name for name in cloud_arr.dtype.names if name != "rgb"]
     dtype = [(name, cloud_arr.dtype.fields[name][0]) for name in kept_names]

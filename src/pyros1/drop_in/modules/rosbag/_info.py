@@ -162,7 +162,7 @@ class InfoMixin:
             return yaml.safe_dump(value, default_flow_style=False, sort_keys=False)
         return None if value is None else str(value)
 
-    # Private members for access to the index, which some tools use ----------------------------------------------------
+    # Private members that some tools use to access the index ----------------------------------------------------------
 
     @property
     def _connections(self) -> dict[int, _ConnectionInfo]:
@@ -235,8 +235,8 @@ class InfoMixin:
 
 
 def _select_connections(infos: Iterable[_ConnectionInfo], topics: Any) -> Iterator[_ConnectionInfo]:
-    """Yield the connections of one or several topics, or of all if none is given. Repeated and trailing slashes in the
-    names do not matter.
+    """Yield the connections of one or several topics, or of all topics if none is given. Repeated and trailing slashes
+    in names are ignored.
     """
     selected_topics = {*map(canonicalize_name, [topics] if isinstance(topics, str) else topics)} if topics else None
     for info in infos:
@@ -245,7 +245,7 @@ def _select_connections(infos: Iterable[_ConnectionInfo], topics: Any) -> Iterat
 
 
 class ComparableMixin:
-    """Defines the comparisons of a class whose ``_cmpkey()`` returns the key to compare."""
+    """Mixin that compares objects by the key that their ``_cmpkey()`` returns."""
 
     __slots__ = ()
     _cmpkey: Callable[[], Any]

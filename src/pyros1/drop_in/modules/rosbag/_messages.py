@@ -23,7 +23,7 @@ def make_bag_message(info: Any, message: Any, stamp: Any, with_header: bool) -> 
 
 
 def to_nanoseconds(time: Any) -> int | None:
-    """Return a time in nanoseconds; raise TypeError, as comparisons do, if it is not a time."""
+    """Return a time in nanoseconds; if it is not a time, raise TypeError, as a comparison would."""
     if time is None:
         return None
     if not isinstance(time, AnyTime):
@@ -33,13 +33,13 @@ def to_nanoseconds(time: Any) -> int | None:
 
 
 def find_decoder(cls: Any) -> Callable[[bytes, int, int], Any]:
-    """Return the function that decodes messages of a class: that of pyros1, or a function set by the program."""
+    """Return the function that decodes messages of a class: pyros1's, or one set by the program."""
     class_decoder = getattr(cls, "_decode", None)
     return class_decoder if class_decoder is not None else lambda data, start, end: cls().deserialize(data[start:end])
 
 
 def find_encoder(cls: Any) -> Callable[[Any], bytes]:
-    """Return the function that encodes messages of a class: that of pyros1, or the class's own ``serialize``."""
+    """Return the function that encodes messages of a class: pyros1's, or the class's own ``serialize``."""
     if getattr(cls, "serialize", None) is Message.serialize:
         our_class: Any = message_class(cls)
         encode: Callable[[Any], bytes] = our_class._encode

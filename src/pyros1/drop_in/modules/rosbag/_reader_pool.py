@@ -1,4 +1,4 @@
-"""Keeps the readers of a bag open while iterators use them, even if the bag is written meanwhile."""
+"""Keeps a bag's readers open while iterators use them, even if the bag is being written to."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class ReaderPool:
 
     @contextmanager
     def use(self, get_reader: Callable[[], BagReader]) -> Iterator[BagReader]:
-        """In a ``with`` block, use the current reader, which ``get_reader`` returns: it is not closed meanwhile."""
+        """Keep the current reader, which ``get_reader`` returns, open for the duration of a ``with`` block."""
         with self._lock:
             reader = get_reader()
             self._in_use.append(reader)

@@ -12,11 +12,11 @@ from rosbag._types import ROSBagException
 
 
 def rebuild_index(path: str | None, writer: BagWriter | None, compression: str, threshold: int) -> BagWriter:
-    """Replace a bag's file with one that has all of its messages and a new index; return a writer that appends to it.
+    """Replace a bag's file with one that has all its messages and a new index; return a writer that appends to it.
 
     Args:
         path: path of the file.
-        writer: the writer that has the file open, which is closed; None if there is none.
+        writer: the writer that has the file open, and is closed here; None if there is none.
         compression, threshold: compression and chunk threshold of the new writer.
 
     Raises:

@@ -74,7 +74,7 @@ class Compression:
 
 @contextmanager
 def stock_errors() -> Iterator[None]:
-    """Convert the exceptions of pyros1 that a ``with`` block raises to those of rosbag."""
+    """Convert pyros1's exceptions in a ``with`` block to rosbag's."""
     try:
         yield
     except UnindexedError as error:
@@ -87,7 +87,7 @@ def stock_errors() -> Iterator[None]:
 
 # Return values --------------------------------------------------------------------------------------------------------
 
-_PUBLIC_MODULE = "rosbag.bag"  # the name under which programs know, print and pickle these classes
+_PUBLIC_MODULE = "rosbag.bag"  # the module name that programs import, print and pickle
 BagMessage = collections.namedtuple("BagMessage", "topic message timestamp", module=_PUBLIC_MODULE)
 BagMessageWithConnectionHeader = collections.namedtuple(
     "BagMessageWithConnectionHeader", "topic message timestamp connection_header", module=_PUBLIC_MODULE

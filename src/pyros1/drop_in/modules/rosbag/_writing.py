@@ -26,8 +26,8 @@ CLOSED_BAG_MESSAGE = "I/O operation on closed bag"
 
 
 class WritingMixin:
-    """Base class of `rosbag.bag.Bag` that writes messages. Callbacks of several topics, and signal handlers, may write
-    simultaneously.
+    """Base class of `rosbag.bag.Bag` that writes messages. Callbacks in several threads, and signal handlers, may write
+    at the same time.
 
     Args:
         mode, compression, chunk_threshold: see `rosbag.bag.Bag`.
@@ -152,7 +152,7 @@ class WritingMixin:
             raise ROSBagFormatException(str(error)) from error
 
     def _get_connection(self, topic: str, type_name: str, md5sum: str, cls: Any, header: Any) -> int:
-        """Return the id of the connection for a topic and type. A new connection gets ``header``, or if that is None, a
+        """Return the id of the connection for a topic and type. A new connection gets ``header`` or, if that is None, a
         header with the type's definition.
         """
         key = (topic, type_name, md5sum)

@@ -57,9 +57,9 @@ class Bag(WritingMixin, InfoMixin):
         f: path of the file, or an open binary file, which is closed with the bag.
         mode: ``r`` reads, ``w`` writes a new bag, ``a`` appends. Bags that are written can be read, too.
         compression: ``none``, ``bz2`` or ``lz4``.
-        chunk_threshold: size in bytes, uncompressed, beyond which a chunk is closed.
+        chunk_threshold: uncompressed size in bytes beyond which a chunk is closed.
         allow_unindexed: whether to open a bag that was not closed; it appears to be empty until `reindex`.
-        options: a mapping with ``compression`` and ``chunk_threshold``, which then replace the arguments.
+        options: a mapping with ``compression`` and ``chunk_threshold``, which replace the arguments.
         skip_index: accepted for compatibility; the index is always read when it is first needed.
 
     Raises:
@@ -254,7 +254,7 @@ class Bag(WritingMixin, InfoMixin):
             file.close()
 
     def reindex(self) -> Iterator[int]:
-        """Find all messages of a bag without its index; with mode ``a`` the file gets a new index.
+        """Find all messages of a bag without using its index; with mode ``a`` the file gets a new index.
 
         Yields the offset in the file, in bytes, of each chunk.
         """

@@ -76,7 +76,7 @@ class MessageMigrator(Migrator):
         self.rules[get_message_key(r.old_class)] = r
 
     def filter_rules_unique(self, rules: Any) -> list[Any]:
-        """Return rules without repetitions."""
+        """Return rules without duplicates."""
         unique = {
             (get_message_key(rule.old_class), rule.new_class and get_message_key(rule.new_class)): rule
             for rule in rules
@@ -84,7 +84,7 @@ class MessageMigrator(Migrator):
         return list(unique.values())
 
     def expand_rules(self, rules: Any) -> list[Any]:
-        """Return rules, each followed by those that it needs, without repetitions."""
+        """Return rules, each followed by the rules that it needs, without duplicates."""
         return self.filter_rules_unique(
             [expanded_rule for rule in rules for expanded_rule in (rule, *self.expand_rules(rule.sub_rules))]
         )
@@ -114,7 +114,7 @@ class MessageMigrator(Migrator):
             setattr(msg_to, name, getattr(converted, name))
 
     def migrate_array(self, msg_from_array: Any, msg_to_array: Any) -> None:
-        """Fill the messages in a list from those in another list of the same length; errors are those of `migrate`."""
+        """Fill the messages in a list from another list of the same length; raise the same errors as `migrate`."""
         if len(msg_from_array) != len(msg_to_array):
             raise BagMigrationException("Migrate array called on on arrays of unequal length.")
         for old, new in zip(msg_from_array, msg_to_array, strict=True):
@@ -190,14 +190,14 @@ def get_path_key(c1: Any, c2: Any) -> tuple[tuple[str, str], tuple[str, str]]:
 
 
 def qualified_name(name: str, top_name: str) -> str:
-    """Return a type's full name. A missing package is that of ``top_name``, or std_msgs for Header."""
+    """Return a type's full name. If it has no package, use the package of ``top_name``, or std_msgs for Header."""
     if "/" in name or name.partition("[")[0] in _BUILTIN_TYPES:
         return name
     return "std_msgs/Header" if name == "Header" else f"{top_name.partition('/')[0]}/{name}"
 
 
 def clean_name(name: str, top_name: str) -> str:
-    """Return a type's name, without the package if that is the package of ``top_name``, or for std_msgs/Header."""
+    """Return a type's name, without its package if ``top_name`` has the same one or the type is std_msgs/Header."""
     package, _, bare = name.rpartition("/")
     return bare if package == top_name.partition("/")[0] or name == "std_msgs/Header" else name
 
@@ -234,7 +234,7 @@ def migration_default_value(field_type: str) -> str:
 
 
 def checkmessages(migrator: Any, messages: Any) -> list[Any]:
-    """Return the same as `checkbag`, but for a list of messages or of message classes."""
+    """Do the same as `checkbag`, for a list of messages or message classes."""
     findings, checked_keys = [], set()
     for old in messages:
         if get_message_key(old) in checked_keys:

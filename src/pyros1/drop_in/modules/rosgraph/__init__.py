@@ -28,5 +28,5 @@ __getattr__ = module_getattr(__name__)
 
 
 def myargv(argv: list[str] | None = None) -> list[str]:
-    """Return a command line without remappings; None for this program's."""
+    """Return a command line, by default this program's, without remappings."""
     return [word for word in (sys.argv if argv is None else argv) if ":=" not in word]

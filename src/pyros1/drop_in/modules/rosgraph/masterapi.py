@@ -118,7 +118,7 @@ class Master:
         return self._call("deleteParam", key)
 
     def searchParam(self, key: str) -> str:
-        """Return the full name of the nearest parameter of that name."""
+        """Return the full name of the nearest parameter with that name."""
         return self._call("searchParam", key)
 
     def getParamNames(self) -> list[str]:

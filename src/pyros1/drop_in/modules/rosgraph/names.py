@@ -33,12 +33,12 @@ def isstring(s: object) -> bool:
 
 
 def is_global(name: str) -> bool:
-    """Return whether a name is global: ``/a``; like stock's, it returns an empty name unchanged."""
+    """Return whether a name is global: ``/a``; like stock, return an empty name unchanged."""
     return name and name[0] == SEP  # type: ignore[return-value]
 
 
 def is_private(name: str) -> bool:
-    """Return whether a name is private: ``~a``; like stock's, it returns an empty name unchanged."""
+    """Return whether a name is private: ``~a``; like stock, return an empty name unchanged."""
     return name and name[0] == PRIV_NAME  # type: ignore[return-value]
 
 

@@ -18,7 +18,7 @@ from pyros1.wire.header import MAX_HEADER_SIZE, decode_header, encode_header
 from rosgraph.rosenv import ROS_HOSTNAME, ROS_IP, ROS_IPV6
 
 SIOCGIFCONF, SIOCGIFADDR = 0x8912, 0x8915
-"""Numbers of Linux's calls for the addresses of interfaces, which programs import from here."""
+"""Linux's ioctl numbers for the addresses of interfaces; programs import them from here."""
 python3 = 1
 __getattr__ = module_getattr(__name__)
 
@@ -107,7 +107,7 @@ def create_local_xmlrpc_uri(port: int) -> str:
 
 
 def encode_ros_handshake_header(header: Mapping[str, Any]) -> bytes:
-    """Encode a connection header as bytes, prefixed with their number.
+    """Encode a connection header as bytes, with a length prefix.
 
     Args:
         header: field -> value, text or bytes.
@@ -127,7 +127,7 @@ def decode_ros_handshake_header(header_str: bytes) -> dict[str, str]:
     """Return the fields of a connection header.
 
     Args:
-        header_str: the header's bytes, prefixed with their number; anything after them is ignored.
+        header_str: the header's bytes, with their length prefix; anything after them is ignored.
 
     Raises:
         ROSHandshakeException: the header is invalid or incomplete.
@@ -147,7 +147,7 @@ def read_ros_handshake_header(sock: Any, b: Any, buff_size: int) -> dict[str, st
 
     Args:
         sock: the socket.
-        b: a `io.BytesIO` buffer for the bytes; those after the header are left in it.
+        b: an `io.BytesIO` buffer for the bytes; bytes after the header are left in it.
         buff_size: number of bytes to read at once.
 
     Returns:

@@ -60,8 +60,8 @@ def configure_logging(
 ) -> str | None:
     """Write the messages of Python's logging to a file.
 
-    The configuration is that of ROS_PYTHON_LOG_CONFIG_FILE, if set (a .conf file); otherwise, messages of the level
-    and above go into the file.
+    If ROS_PYTHON_LOG_CONFIG_FILE is set, that .conf file is the configuration; otherwise, messages of at least
+    ``level`` go into the file.
 
     Args:
         logname: name of the program; an empty name stands for "unknown".
@@ -100,7 +100,7 @@ def configure_logging(
     handler.setLevel(logging.DEBUG)
     handler.setFormatter(logging.Formatter("[%(name)s][%(levelname)s] %(asctime)s: %(message)s"))
     root = logging.getLogger()
-    # Remove the handler that an earlier call has added.
+    # Remove the handler added by an earlier call.
     for old_handler in [
         root_handler for root_handler in root.handlers if isinstance(root_handler, RotatingFileHandler)
     ]:
@@ -112,7 +112,7 @@ def configure_logging(
 
 
 class RospyLogger(logging.Logger):
-    """Logger that attributes messages to the program's line instead of the one in rospy's log functions."""
+    """Logger that attributes messages to the program's line rather than to a line in rospy's log functions."""
 
     def findCaller(self, *args: Any, **kwargs: Any) -> Any:
         """Return path, line, function and stack of the line that logs; arguments as in Python's logging."""

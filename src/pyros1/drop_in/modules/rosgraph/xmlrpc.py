@@ -1,4 +1,4 @@
-"""XML-RPC servers of node-like programs: a server in a thread, and the handler of its methods."""
+"""XML-RPC servers for node-like programs: a server in a thread, and the handler of its methods."""
 
 from __future__ import annotations
 

@@ -111,7 +111,7 @@ def handle_exception(roslaunch_core: Any, logger: Any, msg: str, e: BaseExceptio
     Args:
         roslaunch_core: the module `core`.
         logger: a logger of Python.
-        msg: text before that of the error.
+        msg: text to put before the error's text.
         e: the error.
     """
     roslaunch_core.printerrlog(f"{msg}{e}")

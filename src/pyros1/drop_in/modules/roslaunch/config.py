@@ -53,7 +53,7 @@ def get_roscore_filename() -> str:
 
 
 def load_roscore(loader: Any, config: ROSLaunchConfig, verbose: bool = True) -> None:
-    """Read the nodes and parameters of a core from its launch file, if that exists."""
+    """Read a core's nodes and parameters from its launch file, if it exists."""
     if os.path.exists(get_roscore_filename()):
         loader.load(get_roscore_filename(), config, core=True, verbose=verbose)
 
@@ -102,7 +102,7 @@ class ROSLaunchConfig:
         self.master = m
 
     def has_remote_nodes(self) -> bool:
-        """Return whether nodes run on other machines; valid after `assign_machines`."""
+        """Return whether any nodes run on other machines; valid after `assign_machines`."""
         return any(node.machine is not None and not is_machine_local(node.machine) for node in self.nodes)
 
     def assign_machines(self) -> None:
@@ -188,7 +188,7 @@ def load_config_default(
 
     Args:
         roslaunch_files: paths, or tuples of a path and a list of ``name:=value``.
-        port: the master's port; None for that of ROS_MASTER_URI.
+        port: the master's port; None for the port in ROS_MASTER_URI.
         roslaunch_strs: contents of more files.
         loader: an XmlLoader; None for a new one.
         verbose: whether to print what is read.

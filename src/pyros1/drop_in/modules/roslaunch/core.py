@@ -90,7 +90,7 @@ def rl_errors(function: _F) -> _F:
 
 
 def rle_wrapper(fn: Callable[..., Any]) -> Callable[..., Any]:
-    """Make a function with positional arguments raise RLException, with the original message, for any other error."""
+    """Wrap a function with positional arguments: other errors become an RLException with the same message."""
 
     def wrapped_fn(*args: Any) -> Any:
         try:
@@ -129,7 +129,7 @@ def remap_localhost_uri(uri: str, force_localhost: bool = False) -> str:
 
     Args:
         uri: an address.
-        force_localhost: whether to treat the address as one of this machine, whatever its host is.
+        force_localhost: whether to treat the address as this machine's, whatever its host is.
 
     Raises:
         ValueError: ``uri`` is not an address.
@@ -171,11 +171,11 @@ class Master:
         return hash((self.type, self.uri))
 
     def get(self) -> ServerProxy:
-        """Return the master as an ``xmlrpc.client.ServerProxy``."""
+        """Return an ``xmlrpc.client.ServerProxy`` for the master."""
         return ServerProxy(self.uri)
 
     def get_multi(self) -> MultiCall:
-        """Return an ``xmlrpc.client.MultiCall`` of the master."""
+        """Return an ``xmlrpc.client.MultiCall`` for the master."""
         return MultiCall(self.get())
 
     def is_running(self) -> bool:
@@ -281,7 +281,7 @@ _LOCAL_MACHINE = Machine("", "localhost")
 
 
 def is_machine_local(machine: Any) -> bool:
-    """Return whether a machine is this one, and nodes run there as the same user.
+    """Return whether a machine is this one, with nodes running as the same user.
 
     Raises:
         RLException: the machine's address is unknown.
@@ -304,7 +304,7 @@ def setup_env(node: Any, machine: Any, master_uri: str, env: Mapping[str, str] |
         node: the Node; None for no node.
         machine: not used.
         master_uri: the master's address.
-        env: the environment to extend; None for that of this process.
+        env: the environment to extend; None for this process's.
     """
     result = dict(os.environ if env is None else env)
     result["ROS_MASTER_URI"] = master_uri

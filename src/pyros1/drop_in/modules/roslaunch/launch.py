@@ -56,14 +56,14 @@ class ROSLaunchRunner:
     Args:
         run_id: the run id.
         config: a ROSLaunchConfig.
-        server_uri: not used, since a launch has its own server. The attribute of this name is that server's address.
+        server_uri: not used, since a launch has its own server. The attribute with this name is that server's address.
         pmon: a ProcessMonitor that lists and stops the processes; None for a new one.
         is_core: whether to run a core.
         remote_runner, is_child, is_rostest, num_workers: not used.
         timeout: maximum number of seconds that a master started here waits for a node to respond.
         master_logger_level: minimum level in the log of a master started here.
         sigint_timeout, sigterm_timeout: seconds between SIGINT, SIGTERM and SIGKILL.
-        options: further options of a launch, which only pyros1 has; None for the defaults.
+        options: further launch options, which only pyros1 has; None for the defaults.
 
     Raises:
         RLException: there is no run id.

@@ -1,4 +1,4 @@
-"""Converts values of parameters in launch files; pyros1.launch.reading reads the files."""
+"""Converts parameter values in launch files; pyros1.launch.reading reads the files."""
 
 from __future__ import annotations
 

@@ -55,7 +55,7 @@ def list_processes(roslaunch_uris: Iterable[str] | None = None) -> list[NetProce
 
 
 class _TimeoutTransport(Transport):
-    """An XML-RPC transport that waits for a response no longer than a timeout."""
+    """An XML-RPC transport with a timeout for responses."""
 
     def make_connection(self, host: Any) -> Any:
         """Return the connection to a host."""

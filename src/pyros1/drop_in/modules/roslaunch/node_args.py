@@ -1,4 +1,4 @@
-"""Queries about the nodes of launch files."""
+"""Lists the nodes in launch files, and their command lines."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from roslaunch.plans import to_node_plan
 
 
 class NodeParamsException(Exception):
-    """A requested node does not exist."""
+    """The requested node does not exist."""
 
 
 def get_node_list(config: Any) -> list[str]:

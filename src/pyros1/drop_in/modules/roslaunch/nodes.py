@@ -41,7 +41,7 @@ class Node:
         all arguments; ``node_type`` is called ``type``.
         machine: the Machine that was assigned.
         process_name: name of the process; None until it has been started.
-        source_plan: pyros1's plan from which the node was created, if it is from a launch file.
+        source_plan: for a node in a launch file, pyros1's plan from which it was created.
 
     Raises:
         ValueError: a required argument is missing, or an argument is invalid.

@@ -35,7 +35,7 @@ class ROSLaunchParent:
         run_id: the run id; see `rlutil.get_or_generate_uuid`.
         roslaunch_files: paths, or tuples of a path and a list of ``name:=value``.
         is_core: whether to run a core; another running master is then an error.
-        port: port of a master that is started here.
+        port: port of a master started here.
         local_only: whether to skip nodes on other machines.
         process_listeners: objects with ``process_died``.
         verbose: whether to print what is read.

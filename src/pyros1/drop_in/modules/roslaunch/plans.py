@@ -41,7 +41,7 @@ def to_node(plan: NodePlan) -> Node:
 
 
 def to_node_plan(node: Node) -> NodePlan:
-    """Return the plan of a Node, with all changes since it was read; raise LaunchError if it cannot be launched."""
+    """Return the plan of a Node, with the program's changes to it; raise LaunchError if it cannot be launched."""
     script_node = ScriptNode(
         node.package,
         node.type,

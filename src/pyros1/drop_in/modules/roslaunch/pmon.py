@@ -26,7 +26,7 @@ _POLL_S = 0.2
 _REASON = "pyros1 starts processes itself: use ROSLaunchRunner.launch_node or ROSLaunch.launch"
 
 logger = logging.getLogger("roslaunch.pmon")
-_shutting_down = False  # programs set it to False to launch again after a shutdown, which is always possible here
+_shutting_down = False  # programs set it to False to launch again after a shutdown; pyros1 always allows that
 
 
 def _init_signal_handlers() -> None:
@@ -46,7 +46,7 @@ class ProcessListener:
 
 
 def _policy_property(name: str) -> Any:
-    """Return a property for an option of a process; a change takes effect immediately."""
+    """Return a property for one of a process's options; changes take effect immediately."""
     return property(
         lambda self: getattr(self._handle.spec.exit_policy, name),
         lambda self, value: setattr(self._handle.spec.exit_policy, name, value),
@@ -124,7 +124,7 @@ class Process:
 
 
 class ProcessMonitor:
-    """The processes of the launches that were started with it.
+    """The processes of all launches that were started with this monitor.
 
     Args:
         name: name of the monitor.
@@ -151,11 +151,11 @@ class ProcessMonitor:
 
     @property
     def done(self) -> bool:
-        """Whether all processes have ended for good; see `is_shutdown`."""
+        """Whether all processes have ended and will not respawn; see `is_shutdown`."""
         return self.is_shutdown
 
     def start(self) -> None:
-        """Start the monitor, which itself does nothing: each launch supervises its own processes."""
+        """Start the monitor. It does nothing itself: each launch supervises its own processes."""
         self._started = True
 
     def is_alive(self) -> bool:
@@ -211,7 +211,7 @@ class ProcessMonitor:
             process.stop([])
         return process is not None
 
-    # Listeners and the end --------------------------------------------------------------------------------------------
+    # Listeners and shutdown -------------------------------------------------------------------------------------------
 
     def add_process_listener(self, l: Any) -> None:  # noqa: E741
         """Call an object's ``process_died`` for each process that exits."""
@@ -229,7 +229,7 @@ class ProcessMonitor:
         """Do nothing: a launch ends by itself."""
 
     def mainthread_spin_once(self) -> bool:
-        """Return whether the monitor has not ended yet."""
+        """Return whether the monitor is still running."""
         return not self.is_shutdown
 
     def mainthread_spin(self) -> None:

@@ -82,13 +82,13 @@ def check_log_disk_usage() -> None:
 
 @rl_errors
 def print_file_list(roslaunch_files: Any) -> None:
-    """Print all files of a launch; raises RLException if one cannot be read."""
+    """Print all files that a launch reads; raises RLException if one cannot be read."""
     plan = load_plan(list(roslaunch_files), {}, make_resources())
     print("\n".join(absolute_files(plan.files)))
 
 
 def check_roslaunch(f: str, use_test_depends: bool = False, ignore_unset_args: bool = False) -> str | None:
-    """Check whether a launch file can be read, its nodes exist, and its package declares their packages.
+    """Check that a launch file can be read, that its nodes exist, and that its package declares their packages.
 
     Args:
         f: the file's path.

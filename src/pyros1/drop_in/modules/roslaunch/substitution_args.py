@@ -14,7 +14,7 @@ from roslaunch.loader import convert_value
 __all__ = ["ArgException", "SubstitutionException", "convert_value", "resolve_args"]
 
 
-_rospack: Any = None  # programs set it to None so that new packages are found; here, they always are
+_rospack: Any = None  # programs set it to None so that new packages are found; pyros1 always finds them
 
 
 class SubstitutionException(Exception):
@@ -26,7 +26,7 @@ class ArgException(SubstitutionException):
 
 
 class _DictSubstituter(ScopeSubstituter):
-    """Looks up values to substitute in a dictionary of the program."""
+    """Looks up values in a dictionary that the program provides."""
 
     def __init__(self, context: dict[str, Any], filename: str) -> None:
         self._context = context
@@ -65,7 +65,7 @@ def resolve_args(
     Raises:
         ArgException: an argument has no value.
         rospkg.ResourceNotFound: there is no such package.
-        SubstitutionException: a substitution has another error.
+        SubstitutionException: a substitution fails for another reason.
     """
     if not arg_str:
         return arg_str

@@ -53,8 +53,8 @@ class XmlLoader:
         Args:
             filename: path of the file.
             ros_config: the ROSLaunchConfig to fill.
-            core: whether the file's nodes are those of the core.
-            argv: ``name:=value`` words; None for those on the program's command line.
+            core: whether the file's nodes belong to the core.
+            argv: ``name:=value`` words; None for the ones on the program's command line.
             verbose: whether to print what is read.
 
         Raises:

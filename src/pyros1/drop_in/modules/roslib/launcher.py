@@ -16,7 +16,7 @@ __getattr__ = module_getattr(__name__)
 def load_manifest(package_name: str, bootstrap_version: str = "0.7") -> None:
     """Make the Python modules of a package and its dependencies importable.
 
-    The import hook finds modules of packages anyway, so it is no error if the package is not found.
+    The import hook finds modules of packages anyway, so a missing package is not an error.
 
     Args:
         package_name: the package.

@@ -1,4 +1,4 @@
-"""Manifests of packages under roslib's names: they are those of rospkg."""
+"""roslib's names for rospkg's package manifests."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def manifest_file(package: str, required: bool = True, env: Mapping[str, str] | 
     """Return the path of a package's manifest.xml.
 
     Raises:
-        InvalidROSPkgException: there is no such package; or it has no manifest.xml, which is required.
+        InvalidROSPkgException: there is no such package, or it has no manifest.xml although that is required.
     """
     folder = get_pkg_dir(package, required)
     path = folder and os.path.join(folder, MANIFEST_FILE)

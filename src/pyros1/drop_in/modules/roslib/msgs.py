@@ -1,4 +1,4 @@
-"""Definitions of messages under roslib's names: they are those of genmsg."""
+"""roslib's names for genmsg's message definitions."""
 
 from __future__ import annotations
 
@@ -48,8 +48,8 @@ __getattr__ = module_getattr(
 
 
 def parse_type(type_: str) -> tuple[str, bool, int | None]:
-    """Return a type without brackets, whether it is an array, and its length; raises MsgSpecException if it is not
-    legal.
+    """Return a type without brackets, whether it is an array, and its length; raises MsgSpecException if the type is
+    not legal.
     """
     try:
         return _parse_type(type_)
@@ -78,7 +78,7 @@ def load_from_file(file_path: str, package_context: str = "") -> tuple[str, MsgS
 
 
 def load_by_type(msgtype: str, package_context: str = "") -> tuple[str, MsgSpec]:
-    """Return name and definition of a message; raises MsgSpecException if there is none, or it is invalid."""
+    """Return name and definition of a message; raises MsgSpecException if the definition is missing or invalid."""
     name = msgtype if SEP in msgtype else f"{package_context}/{msgtype}"
     try:
         text = finder().library.message(name).text

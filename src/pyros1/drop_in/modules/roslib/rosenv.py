@@ -1,4 +1,4 @@
-"""Environment variables under roslib's names: they are those of rosgraph and rospkg."""
+"""roslib's names for the environment variables of rosgraph and rospkg."""
 
 from __future__ import annotations
 

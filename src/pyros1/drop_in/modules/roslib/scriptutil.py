@@ -13,7 +13,7 @@ __getattr__ = module_getattr(__name__)
 
 
 def get_master() -> Any:
-    """Return a proxy of the master's XML-RPC API; the first argument of its methods is the caller's name."""
+    """Return a proxy for the master's XML-RPC API; the first argument of its methods is the caller's name."""
     from xmlrpc.client import ServerProxy
 
     return ServerProxy(os.environ["ROS_MASTER_URI"])

@@ -1,4 +1,4 @@
-"""Definitions of services under roslib's names: they are those of genmsg."""
+"""roslib's names for genmsg's service definitions."""
 
 from __future__ import annotations
 

@@ -89,7 +89,7 @@ def _msg_filter(ext: str) -> Callable[[str], bool]:
 
 
 def _list_types(path: str, subdir: str, ext: str) -> list[str]:
-    """Return the names of the types that are defined in a folder, sorted, without the extension."""
+    """Return the names of the types that a folder defines, sorted, without the extension."""
     del subdir
     try:
         names = os.listdir(path)
@@ -125,7 +125,7 @@ def rosmsg_search(rospack: Any, mode: str, base_type: str) -> Iterator[str]:
 
 
 def spec_to_str(msg_context: Any, spec: Any, buff: Any = None, indent: str = "") -> str:
-    """Return a definition with those of its nested types, as ``rosmsg show`` prints it.
+    """Return a definition with its nested types' definitions, as ``rosmsg show`` prints it.
 
     Args:
         msg_context: a genmsg.MsgContext with the nested types.
@@ -176,7 +176,7 @@ def _registered_lines(context: Any, spec: Any, indent: str, remaining: list[int]
 
 
 def get_msg_text(type_: str, raw: bool = False, rospack: Any = None) -> str:
-    """Return the text of a message's definition: as it is written, or with all nested types.
+    """Return the text of a message's definition: as written, or with all nested types.
 
     Raises:
         ROSMsgException: there is no such type, or its definition is invalid.
@@ -230,7 +230,7 @@ def get_yaml_for_msg(
 
 
 def get_array_type_instance(field_type: str, default_package: str | None = None) -> Any:
-    """Return a new message of the type of an array's elements; None for numbers and strings."""
+    """Return a new message of an array's element type; None for numbers and strings."""
     base = field_type.partition("[")[0]
     if "/" not in base and default_package:
         base = f"{default_package}/{base}"

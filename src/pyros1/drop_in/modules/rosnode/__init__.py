@@ -36,7 +36,7 @@ class ROSNodeIOException(ROSNodeException):
 
 
 def _succeed(args: tuple[int, str, Any]) -> Any:
-    """Return the value of an API's reply; raise ROSNodeException if it is a failure."""
+    """Return the value in an API's reply; raise ROSNodeException if the call failed."""
     code, message, value = args
     if code != 1:
         raise ROSNodeException(f"remote call failed: {message}")
@@ -55,7 +55,7 @@ def _registered_nodes(state: Any) -> Iterator[str]:
 
 
 def get_api_uri(master: Any, caller_id: str, skip_cache: bool = False) -> str | None:
-    """Return the address of a node's API, None if the master does not know it."""
+    """Return the address of a node's API; None if the master does not know it."""
     uri = None if skip_cache else _caller_apis.get(caller_id)
     if uri is None:
         try:
@@ -78,7 +78,7 @@ def lookup_uri(master: Any, system_state: Any, topic: str, uri: str) -> str:
 
 
 def get_node_names(namespace: str | None = None) -> list[str]:
-    """Return the names of all nodes, or only of those in a namespace, sorted."""
+    """Return the names of all nodes, or of the nodes in a namespace, sorted."""
     names = sorted(set(_registered_nodes(_system_state())))
     if namespace:
         prefix = namespace.rstrip("/") + "/"
@@ -326,6 +326,6 @@ def rosnode_debugnode(node_name: str, quiet: bool = False) -> None:
 
 
 def rosnodemain(argv: list[str] | None = None) -> None:
-    """Run the tool with a command line; None for that of the process. Then exit."""
+    """Run the tool with a command line (None for the process's own), then exit."""
     _main(NAME, argv)
     sys.exit(0)

@@ -58,7 +58,7 @@ def _resolve(name: str) -> str:
     return script_resolve_name(NAME, name) or GLOBALNS
 
 
-# YAML: what stock adds to the loaders and dumpers of PyYAML -----------------------------------------------------------
+# YAML: stock's additions to PyYAML's loaders and dumpers --------------------------------------------------------------
 
 
 def represent_xml_binary(loader: Any, data: Any) -> Any:
@@ -84,12 +84,12 @@ def _angle(text: str, description: str, prefix: str) -> float:
 
 
 def construct_angle_radians(loader: Any, node: Any) -> float:
-    """Return the value of ``rad(2*pi)`` or ``!radians 2*pi``; raises RosParamException."""
+    """Return the value of ``rad(2*pi)`` or ``!radians 2*pi``; raises RosParamException if it is invalid."""
     return _angle(loader.construct_scalar(node), "radian expression", "rad(")
 
 
 def construct_angle_degrees(loader: Any, node: Any) -> float:
-    """Return ``deg(90)`` or ``!degrees 90`` in radians; raises RosParamException."""
+    """Return ``deg(90)`` or ``!degrees 90`` in radians; raises RosParamException if it is invalid."""
     return _angle(loader.construct_scalar(node), "degree value", "deg(") * math.pi / 180.0
 
 
@@ -116,7 +116,7 @@ def load_file(filename: str, default_namespace: str | None = None, verbose: bool
 
     Args:
         filename: path of the file; ``-`` is the standard input.
-        default_namespace: namespace of documents without ``_ns``; None for that of the environment.
+        default_namespace: namespace of documents without ``_ns``; None for the environment's namespace.
 
     Raises:
         RosParamException: there is no such file.
@@ -150,7 +150,7 @@ def load_str(
 
 
 def dump_params(filename: str | None, param: str, verbose: bool = False) -> None:
-    """Write a parameter or a namespace to a YAML file, or if the file is None, to the standard output."""
+    """Write a parameter or a namespace to a YAML file or, if ``filename`` is None, to the standard output."""
     tree = get_param(param)
     if verbose:
         print_params(tree, param)
@@ -176,8 +176,8 @@ def set_param(param: str, value: str, verbose: bool = False) -> None:
 
 @_stock_errors()
 def set_param_raw(param: str, value: Any, verbose: bool = False) -> None:
-    """Set a parameter, or with a dictionary, the parameters of a namespace one by one. An empty dictionary is only set
-    if the namespace does not exist yet.
+    """Set a parameter or, if the value is a dictionary, the parameters of a namespace one by one. An empty dictionary
+    is only set if the namespace does not exist yet.
 
     Raises:
         OverflowError: a whole number has more than 32 bits, which XML-RPC cannot send.
@@ -251,5 +251,5 @@ def print_params(params: Any, ns: str) -> None:
 
 
 def yamlmain(argv: list[str] | None = None) -> None:
-    """Run the tool with a command line; None for that of the process."""
+    """Run the tool with a command line; None for the process's own."""
     _main(NAME, argv)

@@ -1,4 +1,4 @@
-"""rospkg, by pyros1: ROS packages (https://wiki.ros.org/rospkg), as far as programs use it.
+"""rospkg, by pyros1: ROS packages (https://wiki.ros.org/rospkg); contains what programs use of it.
 
 If rospkg is installed, from PyPI or Debian, programs import that package instead.
 """

@@ -15,7 +15,7 @@ __getattr__ = module_getattr(__name__)
 
 
 class ResourceNotFound(Exception):
-    """There is no such package or stack.
+    """The package or stack does not exist.
 
     Args:
         msg: name of the package or stack.

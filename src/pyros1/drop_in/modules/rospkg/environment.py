@@ -1,4 +1,4 @@
-"""Folders that are specified by environment variables (https://wiki.ros.org/ROS/EnvironmentVariables)."""
+"""Folders that environment variables specify (https://wiki.ros.org/ROS/EnvironmentVariables)."""
 
 from __future__ import annotations
 

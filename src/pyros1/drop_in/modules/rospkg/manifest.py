@@ -128,8 +128,8 @@ def parse_manifest_file(dirpath: str, manifest_name: str, rospack: Any = None) -
     Args:
         dirpath: the package's folder.
         manifest_name: manifest.xml or stack.xml; without such a file, the folder's package.xml is read.
-        rospack: a RosPack. The dependencies in a package.xml that it contains are considered ROS packages, all others
-            system packages. None to consider all dependencies ROS packages.
+        rospack: a RosPack. In a package.xml, dependencies that the RosPack contains count as ROS packages, all others
+            as system packages. None to count all dependencies as ROS packages.
 
     Raises:
         InvalidManifest: the file is invalid.

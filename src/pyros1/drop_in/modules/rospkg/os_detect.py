@@ -17,7 +17,7 @@ class OsNotDetected(Exception):
 
 
 class OsDetect:
-    """The operating system; ``ROS_OS_OVERRIDE``, as ``name:version:codename``, has priority."""
+    """The operating system; ``ROS_OS_OVERRIDE=name:version:codename`` takes precedence."""
 
     def detect_os(self) -> tuple[str, str, str]:
         """Return name, version and code name, such as ``debian``, ``12`` and ``bookworm``; raises OsNotDetected."""

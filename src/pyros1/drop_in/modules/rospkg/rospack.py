@@ -23,7 +23,7 @@ class ManifestManager:
 
     Args:
         manifest_name: file name of the manifests.
-        ros_paths: the folders; None for those in the environment and all others in which pyros1 searches.
+        ros_paths: the folders; None for the environment's and all others in which pyros1 searches.
     """
 
     _instances: dict[Any, Any] = {}
@@ -39,7 +39,7 @@ class ManifestManager:
 
     @classmethod
     def get_instance(cls, ros_paths: Sequence[str] | None = None) -> Any:
-        """Return the instance for these folders, which all callers share."""
+        """Return the shared instance for these folders."""
         key = (cls, tuple(get_ros_paths() if ros_paths is None else ros_paths))
         instance = ManifestManager._instances.get(key)
         if instance is None:
@@ -116,11 +116,11 @@ class ManifestManager:
         return dependent_names
 
     def get_custom_cache(self, key: Any, default: Any = None) -> Any:
-        """Return data that a program has stored here."""
+        """Return data that a program has stored with `set_custom_cache`."""
         return self._custom.get(key, default)
 
     def set_custom_cache(self, key: Any, value: Any) -> None:
-        """Store data for a program."""
+        """Store data for `get_custom_cache`."""
         self._custom[key] = value
 
 
@@ -151,7 +151,7 @@ class RosPack(ManifestManager):
         return list(dict.fromkeys(rosdep.name for name in names for rosdep in self.get_manifest(name).rosdeps))
 
     def stack_of(self, package: str) -> None:
-        """Return None, since packages are not in stacks, which were part of rosbuild. Raises ResourceNotFound."""
+        """Return None: only rosbuild's packages were in stacks. Raises ResourceNotFound if there is no such package."""
         self.get_path(package)
 
 
@@ -168,7 +168,7 @@ class RosStack(ManifestManager):
         return {name: str(path) for name, path in paths.items() if is_metapackage(str(path))}
 
     def packages_of(self, stack: str) -> list[str]:
-        """Return an empty list: the packages of a metapackage are its dependencies. Raises ResourceNotFound."""
+        """Return an empty list: a metapackage's packages are its dependencies. Raises ResourceNotFound."""
         self.get_path(stack)
         return []
 
@@ -183,7 +183,7 @@ def package_index(paths: Sequence[str] | None) -> PackageIndex:
 def list_by_path(manifest_name: str, path: str, cache: dict[str, str]) -> Any:
     """Return the names of the packages or stacks below a folder, and add their folders to ``cache``.
 
-    Packages with a package.xml are found whatever the name of the manifest; metapackages are found as stacks.
+    Packages with a package.xml are found whatever ``manifest_name`` is; metapackages are found as stacks.
     """
     names = []
     for folder, subfolders, files in os.walk(os.path.abspath(path), followlinks=False):

@@ -31,7 +31,7 @@ from rospy.names import get_caller_id, normalize_name_argument, resolve_name
 DEBUG, INFO, WARN, ERROR, FATAL = 1, 2, 4, 8, 16
 TIMEOUT_READY = 15.0
 _LOCAL_BUFFER_SIZE = 1 << 20
-"""Number of bytes that stock's sockets buffer, even within a process, so that bursts beyond `queue_size` arrive."""
+"""Bytes that stock's sockets buffer, even within a process: bursts of more than `queue_size` messages still arrive."""
 
 
 _NAMESPACE = "__ns:="
@@ -92,7 +92,7 @@ def init_node(
     xmlrpc_port: int = 0,
     tcpros_port: int = 0,
 ) -> None:
-    """Start the program's node, and return when it is registered with the master. Repeating the call has no effect.
+    """Start the program's node, and return once it is registered with the master. Repeating the call has no effect.
 
     Args:
         name: base name. ``__name:=`` on the command line replaces it.
@@ -100,15 +100,15 @@ def init_node(
         anonymous: whether to make the name unique.
         log_level: rospy.DEBUG to rospy.FATAL; None for INFO.
         disable_rostime: whether to use wall time and ignore /use_sim_time.
-        disable_rosout: whether not to publish the log.
-        disable_signals: whether not to handle SIGINT and SIGTERM.
+        disable_rosout: whether to disable publishing on /rosout.
+        disable_signals: whether to leave SIGINT and SIGTERM alone.
         xmlrpc_port, tcpros_port: the ports; 0 for any.
 
     Raises:
         ROSException: the node has already been started with other arguments.
-        ROSInitException: the node could not be started; or a private parameter on the command line is not YAML.
+        ROSInitException: the node could not be started, or a private parameter on the command line is not valid YAML.
         TypeError, OverflowError: XML-RPC cannot transfer the value of a private parameter.
-        ValueError: the name is not legal; or this is not the main thread, and signals are not disabled.
+        ValueError: the name is not legal, or this is not the main thread and ``disable_signals`` is false.
     """
     if not name:
         raise ValueError("name must not be empty")
@@ -207,7 +207,7 @@ def on_shutdown(h: Callable[[], object]) -> None:
 
 
 def get_master(env: Mapping[str, str] | None = None) -> MasterProxy:
-    """Return a proxy of the master."""
+    """Return a proxy for the master."""
     return MasterProxy(None)
 
 
@@ -242,7 +242,7 @@ def wait_for_message(topic: str, topic_type: Any, timeout: Any = None) -> Any:
             raise ROSInterruptException("rospy shutdown")
         raise ROSException("ROS node has not been initialized yet. Please call init_node() first")
     seconds = timeout.to_sec() if hasattr(timeout, "to_sec") else timeout
-    # This subscriber validates the arguments, and adds the topic to the list of the program's topics.
+    # This subscriber validates the arguments, and adds the topic to the program's list of topics.
     validating_subscriber = None if PROCESS.is_forked else Subscriber(topic, topic_type)
     try:
         limit = None if seconds is None else max(0.0, float(seconds))
@@ -262,7 +262,7 @@ def wait_for_message(topic: str, topic_type: Any, timeout: Any = None) -> Any:
 
 
 def _make_node_after_fork(node: pyros1.Node) -> pyros1.Node:
-    """Return a node for a forked process, which has no threads of the program's node."""
+    """Return a new node for a forked process, where the threads of the program's node do not run."""
     special = [
         f"{key}:={text}" for key, text in node.arguments.special.items() if key not in ("__name", "__ns", "__log")
     ]

@@ -21,7 +21,7 @@ from rospy.names import LAZY_IMPORTS, SEP, valid_name
 ROSRPC = "rosrpc://"
 MASTER_NAME = "master"
 _overrides: dict[str, Any] = {}
-"""Values that the program has set, which replace those of the node: ``initialized``, ``uri``."""
+"""Values that the program has set, which override the node's: ``initialized``, ``uri``."""
 
 
 # Start and shutdown ---------------------------------------------------------------------------------------------------
@@ -75,7 +75,7 @@ def add_client_shutdown_hook(h: Callable[[], object]) -> None:
 
 
 def add_preshutdown_hook(h: Callable[[str], object]) -> None:
-    """Call a function with the reason when the node is about to shut down, after those of `add_client_shutdown_hook`.
+    """Call a function with the reason when the node is about to shut down, after all client shutdown hooks.
 
     Raises:
         TypeError: ``h`` cannot be called.
@@ -85,7 +85,7 @@ def add_preshutdown_hook(h: Callable[[str], object]) -> None:
 
 
 def add_shutdown_hook(h: Callable[[str], object]) -> None:
-    """Call a function with the reason when `is_shutdown` has become true.
+    """Call a function with the reason once `is_shutdown` is true.
 
     Raises:
         TypeError: ``h`` cannot be called.
@@ -99,7 +99,7 @@ _interrupts = InterruptCounter()
 
 
 def _ros_signal(sig: int, stackframe: FrameType | None) -> None:
-    """Shut down the node in the main thread, which pauses the program meanwhile; then call the previous handler."""
+    """Shut down the node in the main thread, which pauses the program; then call the previous handler."""
     counts = _interrupts.count_signal()
     if PROCESS.is_starting and signal.getsignal(sig) is not _ros_signal:
         return  # the node's own handler, which is already installed, handles the signal
@@ -165,7 +165,7 @@ def get_ros_root(required: bool = False, env: Mapping[str, str] | None = None) -
 
 
 def parse_rosrpc_uri(uri: str) -> tuple[str, int]:
-    """Return host and port of a service's URI.
+    """Return the host and port in a service's URI.
 
     Raises:
         ParameterInvalid: ``uri`` is not a valid URI.

@@ -37,7 +37,7 @@ class LoggerLevelServiceCaller:
         return sorted(self._levels)
 
     def get_node_names(self) -> list[str]:
-        """Return the names of the nodes that have log levels.
+        """Return the names of the nodes whose log levels can be changed.
 
         Raises:
             ROSConsoleException: the master does not respond.

@@ -57,7 +57,7 @@ def serialize_message(b: Any, seq: int, msg: Any) -> None:
 
     Args:
         b: a writable binary file, positioned at its end.
-        seq: sequence number for the header, if the message has connection.
+        seq: sequence number for the header, if the message has one.
         msg: the message.
     """
     if getattr(msg.__class__, "_has_header", False):
@@ -77,10 +77,10 @@ def deserialize_messages(
     max_msgs: int | None = None,
     start: int = 0,
 ) -> None:
-    """Read messages that are preceded by their lengths, and keep the remaining bytes in the buffer.
+    """Read length-prefixed messages, and keep the remaining bytes in the buffer.
 
     Args:
-        b: a readable and writable binary file, which contains bytes up to its position.
+        b: a readable and writable binary file, filled up to its position.
         msg_queue: a list to which the messages are added.
         data_class: the message class.
         queue_size: maximum number of messages to keep; if there are more, the last ones are kept.

@@ -1,4 +1,4 @@
-"""The master's API, called with the program's name."""
+"""The master's API, called under the program's name."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _NAME_POSITIONS = {
     **dict.fromkeys(("registerService", "lookupService", "unregisterService"), 0),
     **dict.fromkeys(("registerPublisher", "registerSubscriber", "unregisterPublisher", "unregisterSubscriber"), 0),
 }
-"""Method with a name that is resolved -> position of the name in the arguments."""
+"""Method that resolves a name -> position of that name in its arguments."""
 
 
 @contextmanager
@@ -44,7 +44,7 @@ class MasterProxy:
     Parameters are available as items: ``proxy["/name"]``.
 
     Args:
-        uri: the master's URI; None for that of the node or the environment.
+        uri: the master's URI; None for the one that the node, the command line or the environment specifies.
 
     Attributes:
         client: pyros1's client of the master.
@@ -70,7 +70,7 @@ class MasterProxy:
 
     @property
     def target(self) -> Any:
-        """A ServerProxy of the master, whose methods expect the caller's name as first argument."""
+        """A ServerProxy for the master; its methods expect the caller's name as their first argument."""
         from xmlrpc.client import ServerProxy  # slow to import
 
         return ServerProxy(self.client.uri)
@@ -78,7 +78,7 @@ class MasterProxy:
     def call_with_retry(self, action: Callable[[], _T]) -> _T:
         """Return the result of a function that calls the master.
 
-        If the node shuts down meanwhile, the function is called again with a new connection.
+        If the node shuts down in the meantime, the function is called again with a new connection.
 
         Raises:
             ConnectionRefusedError: the master does not respond.

@@ -60,7 +60,7 @@ def namespace(name: str) -> str:
 
 
 _command_line: dict[str, list[str]] = {}
-"""The command line set by `reload_mappings`, under the key "argv", which replaces that of the process."""
+"""The command line set by `reload_mappings`, under the key "argv"; it replaces the process's own."""
 
 
 _early_remappings: dict[str, str] = {}
@@ -91,7 +91,7 @@ def _arguments() -> names.Arguments:
 
 
 def reload_mappings(argv: list[str]) -> None:
-    """Use the remappings on a command line until the node is started, which uses those of `rospy.init_node`."""
+    """Use the remappings on a command line until the node starts with the ones passed to `rospy.init_node`."""
     _command_line["argv"] = list(argv)
 
 
@@ -118,7 +118,7 @@ def get_namespace() -> str:
 
 
 def get_mappings() -> dict[str, str]:
-    """Return the remappings on the command line, including those like ``__ns``, without resolving them."""
+    """Return the remappings on the command line, including special ones like ``__ns``, without resolving them."""
     arguments = _arguments()
     return {**arguments.special, **{old: new for old, new in arguments.remappings.items() if new}}
 
@@ -241,7 +241,7 @@ def valid_name_validator_resolved(param_name: str, param_value: Any, caller_id: 
         ParameterInvalid: the value is not a name.
     """
     name = valid_name_validator_unresolved(param_name, param_value, caller_id)
-    return names.resolve_name(name, caller_id, strict=False)  # here, unlike elsewhere, ~/x is below the node
+    return names.resolve_name(name, caller_id, strict=False)  # only here, ~/x is below the node
 
 
 def valid_name_validator_unresolved(param_name: str, param_value: Any, caller_id: str) -> str:
@@ -286,7 +286,7 @@ LAZY_IMPORTS = {
     "load_mappings": "rosgraph.names",
     "make_global_ns": "rosgraph.names",
 }
-"""Names that this module imports lazily. Modules that contain all names of this module import them lazily, too."""
+"""Names that this module imports lazily, as do the modules that re-export all of its names."""
 __getattr__, __dir__ = _module_hooks(
     __name__,
     LAZY_IMPORTS,

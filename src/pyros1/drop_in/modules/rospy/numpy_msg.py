@@ -17,7 +17,7 @@ _view = make_genpy_view(numpy)
 
 @lru_cache(maxsize=1000)
 def numpy_msg(msg_type: Any) -> Any:
-    """Return a class of the same type whose messages have numpy arrays when they are received.
+    """Return a class of the same type whose received messages have numpy arrays.
 
     Arrays have one dimension, shape (n,), and the field's number type; they are read-only, since they refer to the
     bytes received. Arrays of uint8 and char are bytes, as in any message. Such a class can be passed to Publisher, too:

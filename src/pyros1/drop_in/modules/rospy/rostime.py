@@ -13,7 +13,7 @@ from rospy.exceptions import ROSInitException, ROSInterruptException, ROSTimeMov
 
 _rostime_cond = threading.Condition()
 _notifications_started: list[bool] = []
-"""Not empty if the condition is notified of changes of the time, that is after the first call of `get_rostime_cond`."""
+"""Not empty after the first call of `get_rostime_cond`: from then on, the condition is notified of time changes."""
 _program_time_and_clock: list[Any] = []
 """The time set by the program, and the time on /clock at that moment."""
 
@@ -215,7 +215,7 @@ def is_rostime_initialized() -> bool:
 
 
 def set_rostime_initialized(val: bool) -> None:
-    """Set whether a clock, which is wall time, is available without a node."""
+    """Set whether wall time is available without a node."""
     PROCESS.has_wall_clock = val
 
 
@@ -232,7 +232,7 @@ def switch_to_wallclock() -> None:
 
 
 def get_rostime_cond() -> threading.Condition:
-    """Return a condition that is notified of each change of simulated time, and of the node's shutdown."""
+    """Return a condition that is notified when simulated time changes and when the node shuts down."""
     with _rostime_cond:
         if not _notifications_started:
             _notifications_started.append(True)

@@ -1,4 +1,4 @@
-"""What services and service proxies have in common (https://wiki.ros.org/rospy/Overview/Services)."""
+"""Common parts of services and service proxies (https://wiki.ros.org/rospy/Overview/Services)."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ class ServiceManager:
         """Add a service.
 
         Raises:
-            ServiceException: there is already a service of that name.
+            ServiceException: there is already a service with that name.
         """
         with self.lock:
             if resolved_service_name in self.map:

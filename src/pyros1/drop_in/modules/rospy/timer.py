@@ -45,7 +45,7 @@ __all__ = ["Rate", "Timer", "TimerEvent", "sleep"]
 
 
 def _now() -> int:
-    """Return the node's time in nanoseconds. For wall time no object is created, which matters in loops of 1 kHz."""
+    """Return the node's time in nanoseconds. Wall time needs no object, which matters in 1 kHz loops."""
     node = PROCESS.node
     return get_rostime().to_nsec() if node is None or node.simulated_time or time_set_by_program() else time.time_ns()
 
@@ -101,7 +101,7 @@ class Rate:
         self._cycle = int(scalar(1e9 / hz))
         self._reset = reset
 
-    # Nanoseconds as integers: loops of 1 kHz spend much of their own time here.
+    # Integer nanoseconds: 1 kHz loops spend much of their time here.
 
     @property
     def last_time(self) -> Time:

@@ -147,7 +147,7 @@ class Topic:
         TOPICS.release_impl(self.reg_type, self.resolved_name)
 
     def _detach(self, impl: Any) -> None:
-        """Remove what this object has added to the topic."""
+        """Remove everything that this object has added to the topic."""
 
 
 class Publisher(Topic):
@@ -158,7 +158,7 @@ class Publisher(Topic):
         data_class: message class.
         subscriber_listener: a `SubscribeListener`.
         tcp_nodelay: accepted for compatibility; single messages are never delayed.
-        latch: whether later subscribers receive the last message.
+        latch: whether new subscribers receive the last message.
         headers: additional fields of the connection header.
         queue_size: maximum number of messages queued for each slow subscriber; 0 for no limit. None to send
             synchronously: `publish` waits.

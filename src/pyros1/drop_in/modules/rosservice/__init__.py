@@ -34,7 +34,7 @@ class ROSServiceIOException(ROSServiceException):
 
 
 def _succeed(args: tuple[int, str, Any]) -> Any:
-    """Return the value of an API's reply; raise ROSServiceException if it is a failure."""
+    """Return the value in an API's reply; raise ROSServiceException if the call failed."""
     code, message, value = args
     if code != 1:
         raise ROSServiceException(f"remote call failed: {message}")
@@ -71,7 +71,7 @@ def get_service_headers(service_name: str, service_uri: str) -> dict[str, str]:
 
 
 def get_service_uri(service_name: str) -> str | None:
-    """Return the address of a service, None if no node provides it; raises ROSServiceIOException without a master."""
+    """Return a service's address; None if no node provides it. Raises ROSServiceIOException without a master."""
     try:
         return str(_get_master().lookupService(service_name))
     except rosgraph.MasterException:
@@ -81,7 +81,7 @@ def get_service_uri(service_name: str) -> str | None:
 
 
 def get_service_type(service_name: str) -> str | None:
-    """Return the type of a service, None if it is unknown.
+    """Return the type of a service; None if it is unknown.
 
     Raises:
         ROSServiceIOException: the master or the service's node does not respond.
@@ -91,7 +91,7 @@ def get_service_type(service_name: str) -> str | None:
 
 
 def get_service_node(service_name: str) -> str | None:
-    """Return the node that provides a service, None if no node does."""
+    """Return the node that provides a service; None if there is none."""
     for name, nodes in _services():
         if name == service_name and nodes:
             return str(nodes[0])
@@ -114,7 +114,7 @@ def get_service_list(node: str | None = None, namespace: str | None = None, incl
 
 
 def rosservice_find(service_type: str) -> list[str]:
-    """Return the names of the services of a type; those whose nodes do not respond are omitted."""
+    """Return the names of the services with a given type, except services whose nodes do not respond."""
     names = []
     for name, _ in _services():
         try:
@@ -154,7 +154,7 @@ def has_service_args(service_name: str, service_class: Any = None) -> bool:
 
 
 def call_service(service_name: str, service_args: Any, service_class: Any = None) -> tuple[Any, Any]:
-    """Call a service; this starts a node, if the process has none.
+    """Call a service; start a node if the process has none.
 
     Args:
         service_name: name of the service.
@@ -238,5 +238,5 @@ def _rosservice_call(service_name: str, service_args: Any, verbose: bool = False
 
 
 def rosservicemain(argv: list[str] | None = None) -> None:
-    """Run the tool with a command line; None for that of the process."""
+    """Run the tool with a command line; None for the process's own."""
     _main(NAME, argv)

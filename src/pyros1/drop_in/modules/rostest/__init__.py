@@ -30,7 +30,7 @@ __all__ = [
 
 
 def get_master() -> ServerProxy:
-    """Return the master as an ``xmlrpc.client.ServerProxy``."""
+    """Return an ``xmlrpc.client.ServerProxy`` for the master."""
     return ServerProxy(rosgraph.get_master_uri())
 
 

@@ -57,7 +57,7 @@ def _master_get_topic_types(master: Any) -> list[list[str]]:
 
 
 def get_api(master: Any, caller_id: str) -> str:
-    """Return the address of a node's API; ``unknown address`` and the name if the master does not know it.
+    """Return the address of a node's API; if the master does not know it, ``unknown address`` and the node's name.
 
     Raises:
         ROSTopicIOException: the master does not respond.
@@ -116,7 +116,7 @@ def get_topic_type(topic: str, blocking: bool = False) -> Any:
 
 
 def get_topic_class(topic: str, blocking: bool = False) -> Any:
-    """Return the class of a topic's messages instead of its type, and otherwise the same as `get_topic_type`.
+    """Return the same as `get_topic_type`, but with the class of the topic's messages instead of the type.
 
     Raises:
         ROSTopicException: there is no definition of the type.
@@ -131,7 +131,7 @@ def get_topic_class(topic: str, blocking: bool = False) -> Any:
 
 
 def find_by_type(topic_type: str) -> list[str]:
-    """Return the names of the topics of a type; raises ROSTopicIOException if the master does not respond."""
+    """Return the names of the topics with a given type; raises ROSTopicIOException if the master does not respond."""
     try:
         topic_types = _master_get_topic_types(rosgraph.Master("/rostopic"))
     except OSError:
@@ -274,5 +274,5 @@ def _rostopic_echo(topic: str, callback_echo: Any, bag_file: str | None = None, 
 
 
 def rostopicmain(argv: list[str] | None = None) -> None:
-    """Run the tool with a command line; None for that of the process."""
+    """Run the tool with a command line; None for the process's own."""
     _main(NAME, argv)

@@ -25,7 +25,7 @@ def msgevalgen(pattern: str) -> Callable[[Any], Any] | None:
 
     Returns:
         The function, which prints an error and returns None for messages without the field. None if the path is empty,
-        or if it is malformed, in which case an error is printed.
+        or malformed, which prints an error.
     """
     try:
         path = FieldPath(pattern)

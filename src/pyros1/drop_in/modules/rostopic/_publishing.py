@@ -1,4 +1,4 @@
-"""Publishes messages from values, files and the standard input."""
+"""Publishes messages from values, files or the standard input."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from rosgraph.names import script_resolve_name
 
 NAME = "rostopic"
 _ONCE_DURATION = 3.0
-"""Seconds for which a message that is published once stays available to subscribers."""
+"""Seconds for which a message published once stays available to subscribers."""
 
 
 def _topic_error(text: str) -> Exception:
@@ -71,7 +71,7 @@ def publish_message(
         msg_class: class of the messages.
         pub_args: a list of values, or a list that contains one mapping, name -> value.
         rate: rate in Hz; None to publish once, and wait until the node shuts down.
-        once: whether to send one message, and return some time after that.
+        once: whether to send one message, and return a little later.
         verbose: whether to print the message.
         substitute_keywords: whether to replace the words ``now`` and ``auto`` again for each message.
 
@@ -143,7 +143,7 @@ def _read_documents(file: TextIO) -> Iterator[Any]:
 def stdin_publish(
     pub: Any, msg_class: Any, rate: float | None, once: bool, filename: str | None, verbose: bool
 ) -> None:
-    """Publish the documents of a YAML file, or of the standard input: at a rate, or as they are read.
+    """Publish the documents in a YAML file or on the standard input, at a rate or as they are read.
 
     Raises:
         ROSTopicException: the file does not exist or is invalid, or the values do not fit the type.

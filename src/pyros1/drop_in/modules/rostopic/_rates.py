@@ -65,7 +65,7 @@ class ROSTopicHz:
         return self._gaps[None]
 
     def get_last_printed_tn(self, topic: str | None = None) -> float:
-        """Return the time, in seconds, of the latest message that `get_hz` looked at; 0 if there is none."""
+        """Return the time, in seconds, of the latest message that `get_hz` included; 0 if there is none."""
         return self._last_printed[topic]
 
     def set_last_printed_tn(self, value: float, topic: str | None = None) -> None:
@@ -89,7 +89,7 @@ class ROSTopicHz:
         self._latest[topic] = value
 
     def get_times(self, topic: str | None = None) -> list[float]:
-        """Return the seconds between one message and the next, for the messages in the window."""
+        """Return the seconds between consecutive messages in the window."""
         return self._gaps[topic]
 
     def set_times(self, value: list[float], topic: str | None = None) -> None:
@@ -100,7 +100,7 @@ class ROSTopicHz:
         """Count a message.
 
         Args:
-            m: the message; only ``filter_expr`` looks at it.
+            m: the message; only ``filter_expr`` uses it.
             topic: the topic's name, if there are several.
         """
         if self.filter_expr is not None and not self.filter_expr(m):
@@ -126,8 +126,8 @@ class ROSTopicHz:
         """Return statistics of the messages in the window.
 
         Returns:
-            The rate in Hz; the shortest and the longest time between two messages and the deviation of these times
-            from their mean, in seconds; the number of messages. None if there are no new messages since the last call.
+            The rate in Hz; the minimum, maximum and standard deviation of the time between messages, in seconds; the
+            number of messages. None if there are no new messages since the last call.
         """
         with self.lock:
             gaps = self._gaps.get(topic)

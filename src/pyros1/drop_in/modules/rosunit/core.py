@@ -66,7 +66,7 @@ def xml_results_file(
     Args:
         test_pkg: the test's package.
         test_name: name of the test.
-        is_rostest: whether the results are those of a launch file's tests.
+        is_rostest: whether the results are from a launch file's tests.
         env: environment variables; None for this process's.
 
     Raises:

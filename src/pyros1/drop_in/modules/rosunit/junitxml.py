@@ -68,7 +68,7 @@ class TestInfo:
     """The reason why a test did not succeed.
 
     Args:
-        type_: name of the kind of problem, for example of an exception.
+        type_: kind of problem, for example the name of an exception.
         text: a human-readable description.
     """
 
@@ -256,7 +256,7 @@ test_failure_junit_xml.__test__ = test_success_junit_xml.__test__ = False  # typ
 
 
 def read(test_file: str, test_name: str) -> Result:
-    """Read a file of results; a file that cannot be read causes a warning on stdout, and has no results.
+    """Read a result file; if it cannot be read, print a warning to stdout and return no results.
 
     Args:
         test_file: path of the file. Characters that XML cannot contain are replaced in the file.
@@ -288,8 +288,8 @@ def read(test_file: str, test_name: str) -> Result:
 
 
 def _read_cleaned(test_file: str) -> bytes:
-    """Return a file's bytes without characters that XML cannot contain; write the result back to the file if it has
-    changed.
+    """Return a file's bytes as UTF-8, with "?" for characters that XML cannot contain; rewrite the file if that changes
+    it.
     """
     with open(test_file, "rb") as file:
         content = file.read()
@@ -346,7 +346,7 @@ def _seconds(element: ET.Element) -> float:
 
 
 def read_all(filter_: Iterable[str] = ()) -> Result:
-    """Read the result files of all packages, which are in folders below the folder for ROS's test results.
+    """Read the result files of all packages, which are in subfolders of the folder for ROS's test results.
 
     Args:
         filter_: names of packages; empty for all.

@@ -34,7 +34,7 @@ def unitrun(
         test: a class of tests, or the name of a class or module.
         sysargs: the command line, with ``--text`` for text on the screen, or ``--gtest_output=xml:FILE``; None for the
             program's.
-        coverage_packages: accepted for compatibility: ``--cov`` is not supported; run the program with coverage itself.
+        coverage_packages: accepted for compatibility: ``--cov`` is not supported; use `coverage run`.
     """
     if not run_suite(package, test_name, test, sys.argv if sysargs is None else sysargs).wasSuccessful():
         sys.exit(1)

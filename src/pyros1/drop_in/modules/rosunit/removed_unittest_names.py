@@ -1,5 +1,5 @@
-"""Restores names of unittest that tests of ROS packages use and Python 3.12 removed: ``assertEquals``,
-``assert_`` ...
+"""Restores unittest's old names, such as ``assertEquals`` and ``assert_``, which Python 3.12 removed but tests of ROS
+packages use.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ _NEW_NAMES = {
 
 
 def restore(case: type[Any] = unittest.TestCase) -> None:
-    """Add the names that a class of tests lacks; existing ones are kept."""
+    """Add the old names that a class of tests lacks; existing ones are kept."""
     for old, new in _NEW_NAMES.items():
         if not hasattr(case, old):
             setattr(case, old, _make_alias(old, new))

@@ -31,7 +31,7 @@ def print_runner_summary(runner_results: Any, junit_results: Any, runner_name: s
     """Print the summary of tests in other programs.
 
     Args:
-        runner_results: a unittest.TestResult: the results of running the programs.
+        runner_results: a unittest.TestResult, which says whether the programs ran.
         junit_results: the results that the programs wrote, a `junitxml.Result`.
         runner_name: the title.
     """

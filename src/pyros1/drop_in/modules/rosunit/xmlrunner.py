@@ -33,7 +33,7 @@ class _Recorder(unittest.TestResult):
     def addError(self, test: unittest.TestCase, err: Any) -> None:
         super().addError(test, err)
         self._add("ERROR", err)
-        if not hasattr(test, "_testMethodName"):  # an error in a class or module as a whole: no test was started
+        if not hasattr(test, "_testMethodName"):  # an error in the set-up of a class or module: no test was started
             self.stopTest(test)
 
     def addFailure(self, test: unittest.TestCase, err: Any) -> None:
@@ -88,7 +88,7 @@ class XMLTestRunner:
         self._path = path
 
     def run(self, test: unittest.TestSuite | unittest.TestCase) -> unittest.TestResult:
-        """Run a test or suite, with its output in the results. Return a unittest.TestResult."""
+        """Run a test or suite, and include its output in the results. Return a unittest.TestResult."""
         out, err = io.StringIO(), io.StringIO()
         recorder = _Recorder(sys.stdout)
         with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):

@@ -1,4 +1,4 @@
-"""The Python modules of sensor_msgs; its messages are in sensor_msgs.msg, like those of all packages."""
+"""The Python modules of sensor_msgs; its messages are in sensor_msgs.msg, as in all packages."""
 
 from pyros1.drop_in.module_attributes import module_hooks
 

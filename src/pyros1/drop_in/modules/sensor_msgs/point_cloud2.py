@@ -78,7 +78,7 @@ def _read_one_by_one(
 
 
 def _find_valid_points(row: memoryview, cloud: Any, field_names: Sequence[str] | None) -> list[bool]:
-    """Return for each point of a row whether it has no NaN in the fields."""
+    """For each point in a row, return whether its fields contain no NaN."""
     is_valid = np.ones(cloud.width, bool)
     order = ">" if cloud.is_bigendian else "<"
     for field in cloud.fields:
@@ -110,7 +110,7 @@ def create_cloud(header: Any, fields: Sequence[Any], points: Any) -> Any:
             in memory; or an array of shape (points, values).
 
     Raises:
-        struct.error: a point has a wrong number of values, or a value does not fit its field.
+        struct.error: a point has the wrong number of values, or a value does not fit its field.
     """
     layout = struct.Struct(_get_struct_fmt(False, fields))
     width = len(points)
@@ -148,7 +148,7 @@ def _pack_array(layout: struct.Struct, fields: Sequence[Any], points: Any) -> by
 
 
 def create_cloud_xyz32(header: Any, points: Any) -> Any:
-    """Return a cloud with the fields x, y and z of 32 bits; see :func:`create_cloud`."""
+    """Return a cloud with the 32-bit fields x, y and z; see :func:`create_cloud`."""
     fields = [PointField(name, offset, PointField.FLOAT32, 1) for name, offset in (("x", 0), ("y", 4), ("z", 8))]
     return create_cloud(header, fields, points)
 
@@ -171,5 +171,5 @@ def _get_struct_fmt(is_bigendian: bool, fields: Iterable[Any], field_names: Sequ
 
 
 def _repeat(code: str, count: int) -> str:
-    """Return the format of several equal items; the same as in stock ROS, unless there are very many."""
+    """Return the format of several equal items, which is stock's unless there are very many items."""
     return code * count if count <= _MAX_REPEATED_CODES else f"{count}{code}"

@@ -21,12 +21,12 @@ class Concurrence(Container):
     """A container that runs all its states simultaneously, each in a thread, and ends when all have ended.
 
     Its outcome is the value that ``outcome_cb`` returns. If that is None, it is the first outcome in ``outcome_map``
-    whose states had the outcomes given there (entries that name all states come first), or else the default.
+    whose states all ended with the outcomes listed there (entries that name all states come first), or the default.
 
     Args:
         outcomes: outcomes of the concurrence.
-        default_outcome: outcome if there is no other one.
-        input_keys, output_keys: keys of the userdata that it takes from its parent, and that it gives to its parent.
+        default_outcome: outcome if nothing else determines one.
+        input_keys, output_keys: userdata keys that it takes from its parent, and that it passes to its parent.
         outcome_map: outcome of the concurrence -> {label: outcome of that state}.
         outcome_cb: called when all states have ended, with {label: outcome}.
         child_termination_cb: called whenever a state ends, with {label: outcome, or None for a running state}; if it
@@ -55,7 +55,7 @@ class Concurrence(Container):
         self._child_outcomes: Outcomes = {}
         self._error: Exception | None = None
         self._is_running = False
-        self._preempted_late = False  # whether a preemption was requested when no state was running any more
+        self._preempted_late = False  # whether a preemption was requested after the last state had ended
         self._state_lock = threading.RLock()
         self._callback_lock = threading.Lock()
 
@@ -115,7 +115,7 @@ class Concurrence(Container):
             for thread in threads:
                 thread.start()
             for thread in threads:
-                thread.join()  # each thread ends with its state, and the states end with the node
+                thread.join()  # returns, since each thread ends with its state, and the states end with the node
         finally:
             self._finish()
         if self._error is not None:
@@ -165,7 +165,7 @@ class Concurrence(Container):
                 self._states[label].request_preempt()
 
     def _finish(self) -> None:
-        """Recall the preemption of states that have not serviced it. If all have, service the container's own."""
+        """Recall preemption requests that states have not serviced; if there are none, service the container's own."""
         with self._state_lock:
             self._is_running = False
             unserviced = [state for state in self._states.values() if state.preempt_requested()]

@@ -1,4 +1,4 @@
-"""Read-only views of objects, for userdata that a state reads but has not declared as output."""
+"""Read-only views of objects, for userdata that a state declares as input but not as output."""
 
 from __future__ import annotations
 

@@ -26,7 +26,7 @@ _OPEN_CONTAINERS = _OpenContainers()
 class Container(State):
     """Base class of containers.
 
-    ``with container:`` opens the container, so that the static methods of its class add states to this container.
+    ``with container:`` opens the container: the static methods of its class then add states to it.
     Callbacks are called when the container starts, when its active states change, and when it ends.
 
     Attributes:
@@ -67,7 +67,7 @@ class Container(State):
         raise NotImplementedError
 
     def get_internal_edges(self) -> list[tuple[str, str, str]]:
-        """Return (outcome, label of the state, label or outcome to which it leads) for each transition."""
+        """Return (outcome, label of the state, target label or outcome) for each transition."""
         raise NotImplementedError
 
     def check_consistency(self) -> None:
@@ -180,7 +180,7 @@ class Container(State):
 
     @classmethod
     def _currently_opened_container(cls) -> Any:
-        """Return the container to which states are added; raise InvalidStateError if none of this class is open."""
+        """Return the container to which states are added; raise InvalidStateError if it is not of this class."""
         if not _OPEN_CONTAINERS.stack:
             raise InvalidStateError("No container is open: add states within 'with container:'.")
         container = _OPEN_CONTAINERS.stack[-1]

@@ -20,7 +20,7 @@ class Iterator(Container):
 
     Args:
         outcomes: outcomes of the iterator.
-        input_keys, output_keys: keys of the userdata that it takes from its parent, and that it gives to its parent.
+        input_keys, output_keys: userdata keys that it takes from its parent, and that it passes to its parent.
         it: the items, or a function without arguments that returns them when the iterator starts.
         it_label: the userdata key of the current item.
         exhausted_outcome: outcome when there are no more items.
@@ -166,7 +166,7 @@ class Iterator(Container):
             raise InvalidTransitionError(f"The iterator has no outcomes {unknown}, to which final outcomes are mapped.")
 
     def get_children(self) -> dict[str, State]:
-        """Return the state by its label."""
+        """Return {label: state}, with the one state."""
         return {self._state_label: self._state} if self._state is not None else {}
 
     def set_initial_state(self, initial_states: Sequence[str], userdata: UserData | None = None) -> None:
@@ -185,7 +185,7 @@ class Iterator(Container):
         return [self._state_label]
 
     def get_internal_edges(self) -> list[tuple[str, str, str]]:
-        """Return (outcome, label of the state, label or outcome to which it leads) for each transition."""
+        """Return (outcome, label of the state, target label or outcome) for each transition."""
         edges = [(self._exhausted_outcome, self._state_label, self._exhausted_outcome)]
         for outcome in self._state.get_registered_outcomes() if self._state is not None else ():
             continues = outcome in self._loop_outcomes or not self._loop_outcomes

@@ -35,7 +35,7 @@ def logerr(msg: str) -> None:
 
 
 def set_loggers(info: LogFunction, warn: LogFunction, debug: LogFunction, error: LogFunction) -> None:
-    """Replace the log functions; ``import smach_ros`` sets those of rospy."""
+    """Replace the log functions; ``import smach_ros`` sets rospy's."""
     _LOG_FUNCTIONS.update(INFO=info, WARN=warn, DEBUG=debug, ERROR=error)
 
 

@@ -15,7 +15,7 @@ class Sequence(StateMachine):
     Args:
         outcomes: outcomes of the sequence.
         connector_outcome: the outcome that leads to the next state.
-        input_keys, output_keys: keys of the userdata that it takes from its parent, and that it gives to its parent.
+        input_keys, output_keys: userdata keys that it takes from its parent, and that it passes to its parent.
     """
 
     def __init__(

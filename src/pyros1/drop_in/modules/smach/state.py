@@ -85,11 +85,11 @@ class State:
         self._preempt_requested = True
 
     def service_preempt(self) -> None:
-        """Report that the state handles the request of `request_preempt`."""
+        """Report that the state has handled the request made with `request_preempt`."""
         self._preempt_requested = False
 
     def recall_preempt(self) -> None:
-        """Cancel the request of `request_preempt`."""
+        """Cancel the request made with `request_preempt`."""
         self._preempt_requested = False
 
     def preempt_requested(self) -> bool:
@@ -100,7 +100,7 @@ class State:
 class CBState(State):
     """A state that calls a function: ``cb(userdata, *cb_args, **cb_kwargs)`` returns the outcome.
 
-    Outcomes and keys that the function declares with `smach.cb_interface` are added to those in the arguments.
+    Outcomes and keys that the function declares with `smach.cb_interface` are added to the arguments.
     """
 
     def __init__(

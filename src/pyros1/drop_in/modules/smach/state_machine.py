@@ -26,7 +26,7 @@ class StateMachine(Container):
     Args:
         outcomes: outcomes of the machine.
         input_keys: userdata that it takes from its parent when it starts.
-        output_keys: userdata that it gives to its parent when it ends.
+        output_keys: userdata that it passes to its parent when it ends.
     """
 
     def __init__(
@@ -256,7 +256,7 @@ class StateMachine(Container):
         return [str(self._current_label)]
 
     def get_internal_edges(self) -> list[tuple[str, str, str]]:
-        """Return (outcome, label of the state, label or outcome to which it leads) for each transition."""
+        """Return (outcome, label of the state, target label or outcome) for each transition."""
         return [
             (outcome, label, outcome if target is None else target)
             for label, transitions in self._transitions.items()

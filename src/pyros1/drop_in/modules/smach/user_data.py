@@ -18,7 +18,7 @@ class MissingKey(KeyError, AttributeError):
 class UserData:
     """Values by name, as attributes or items: ``userdata.count`` is ``userdata["count"]``.
 
-    A name without a value raises KeyError (which is an AttributeError here, too).
+    A name without a value raises `MissingKey`, which is a KeyError and an AttributeError.
     """
 
     def __init__(self) -> None:
@@ -92,14 +92,14 @@ class UserData:
 
 
 class Remapper:
-    """A state's view of its container's userdata: the keys that the state declared, under the state's own names.
+    """A state's view of its container's userdata: the keys that the state declares, under the state's own names.
 
     Reading a key that is not an input, or writing one that is not an output, raises InvalidUserCodeError. An object
     that is only an input cannot be changed: see `smach.const`.
 
     Args:
         ud: the container's userdata, or another view.
-        input_keys, output_keys: what the state declared.
+        input_keys, output_keys: the keys that the state declares.
         remapping: name in the state -> name in ``ud``, if they differ.
     """
 

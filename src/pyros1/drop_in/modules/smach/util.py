@@ -19,7 +19,7 @@ def set_shutdown_check(cb: Callable[[], bool]) -> None:
 
 
 def has_smach_interface(obj: object) -> bool:
-    """Return whether an object provides its outcomes, input keys and output keys."""
+    """Return whether an object has methods that return its outcomes, input keys and output keys."""
     names = ("get_registered_input_keys", "get_registered_output_keys", "get_registered_outcomes")
     return all(hasattr(obj, name) for name in names)
 

@@ -107,7 +107,7 @@ class ActionServerWrapper:
             self._server.publish_feedback(feedback)
 
     def _pack(self, default: Any, userdata: Any, key: str, slots: Mapping[str, str]) -> Any:
-        """Return the message from the userdata; None if the userdata has no part of it."""
+        """Return the message from the userdata; None if the userdata contains no part of it."""
         filled_slots = {slot: userdata[name] for slot, name in slots.items() if name in userdata}
         whole_message = userdata[key] if key in userdata else None  # noqa: SIM401  userdata is not a mapping
         if whole_message is None and not filled_slots:

@@ -29,7 +29,7 @@ class CallState(State):
     "preempted".
 
     Args:
-        message_names: names of both messages for error messages: ("goal", "result") or ("request", "response").
+        message_names: names of both messages in error messages: ("goal", "result") or ("request", "response").
         default: the message to send if nothing changes it.
         sent: how the message to send is built: (userdata key of the whole message, userdata keys that are fields of the
             message, function that changes the message).

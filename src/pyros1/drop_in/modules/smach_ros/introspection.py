@@ -46,9 +46,9 @@ class IntrospectionClient:
             server: name of the server.
             path: path of the container.
             initial_states: labels of the states.
-            initial_userdata: added to the container's userdata; servers of pyros1 take plain values only.
-            timeout: how long to wait for the server's confirmation; None not to wait, so that the container may
-                start before the server knows.
+            initial_userdata: added to the container's userdata; pyros1's servers accept plain values only.
+            timeout: how long to wait for the server's confirmation; None not to wait, in which case the container may
+                start before the server receives the states.
 
         Returns:
             Whether the server confirmed the states in time; True without a timeout.
@@ -62,7 +62,7 @@ class IntrospectionClient:
 
         values = {} if initial_userdata is None else {key: initial_userdata[key] for key in initial_userdata.keys()}  # noqa: SIM118
         command = SmachContainerInitialStatusCmd(path=path, initial_states=labels, local_data=encode(values))
-        # Latched, so that the message arrives although the server connects later.
+        # Latched, since the server connects later.
         publisher = rospy.Publisher(server + INIT_TOPIC, SmachContainerInitialStatusCmd, latch=True, queue_size=1)
         publisher.publish(command)
         if timeout is None:
@@ -91,7 +91,7 @@ class ContainerProxy:
         self._container = container
         self._path = path
         self._lock = threading.Lock()
-        self._stopped = False  # set by stop(), after which the container still calls this object
+        self._stopped = False  # set by stop(); the container still calls this object afterwards
         self._structure_pub = rospy.Publisher(server_name + STRUCTURE_TOPIC, SmachContainerStructure, queue_size=100)
         self._status_pub = rospy.Publisher(server_name + STATUS_TOPIC, SmachContainerStatus, queue_size=100)
         self._init_cmd = rospy.Subscriber(

@@ -1,4 +1,4 @@
-"""Encodes userdata for messages, compatible with other programs that use smach, but without running code from them.
+"""Encodes userdata for messages, compatibly with other programs that use smach, but without running their code.
 
 Userdata is a pickled dictionary (protocol 2) in base64. A pickle can name any function for the reader to call, so only
 plain values are read: numbers, text, bytes, and lists, tuples, sets and dictionaries of them.
@@ -70,8 +70,8 @@ def decode(text: str) -> dict[str, Any]:
 def _check_safety(data: bytes) -> None:
     """Reject pickles that would harm the reader even though they contain no classes.
 
-    The memo uses memory up to its highest index. Keys are hashed: with a tuple of a tuple of a tuple ... Python
-    crashes, and tuples that contain the same tuple twice take twice as long with each level.
+    The memo uses memory up to its highest index. Keys are hashed: very deeply nested tuples crash Python, and if each
+    tuple contains the next one twice, the time doubles with each level.
     """
     stack: list[tuple[int, int] | None] = []  # depth and size of each value; None for a mark
     memo: dict[int, tuple[int, int] | None] = {}

@@ -14,11 +14,11 @@ MAX_SHUTDOWN_WAIT_S = 60.0
 
 
 def set_preempt_handler(sc: Any) -> None:
-    """Preempt a container when the node shuts down, and wait until it has ended, for a minute at most.
+    """Preempt a container when the node shuts down, and wait up to a minute until it has ended.
 
     Run the container in a thread of its own, and ``rospy.spin()`` in the main thread: a container in the main thread
-    cannot continue while the main thread handles Ctrl-C. In that case there is no wait: the current state
-    still finishes, but no other one is started.
+    cannot continue while that thread handles Ctrl-C. It is then preempted without a wait: the current state finishes,
+    and no other one starts.
 
     Args:
         sc: a `smach.StateMachine`, `smach.Concurrence` or other container.

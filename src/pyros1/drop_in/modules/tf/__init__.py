@@ -7,7 +7,7 @@ from tf import transformations
 from tf.broadcaster import TransformBroadcaster
 from tf.listener import Transformer, TransformerROS, TransformListener
 
-# Conversions of the C++ extension of 2012, which programs still import.
+# Conversions from the C++ extension of 2012, which programs still import.
 _REMOVED_SUFFIXES = ("_bt_to_msg", "_msg_to_bt")
 
 

@@ -1,7 +1,7 @@
-"""The mean velocity of a frame in another one over an interval.
+"""The mean velocity of one frame in another over an interval.
 
-The angular velocity is the same as in stock ROS. The linear velocity is that of a point that moves with the frame; what
-stock's Python code computes is not a velocity.
+The angular velocity is the same as in stock ROS. The linear velocity is the velocity of a point that moves with the
+frame; stock's Python code computes something that is not a velocity.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Transformer and TransformListener: lookups with results as lists, and transformation of messages."""
+"""Transformer and TransformListener: look up transforms as lists, and transform messages."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def strip_leading_slash(s: str) -> str:
 
 
 class Transformer:
-    """A buffer for the transforms of the last seconds. Names of frames may have a leading slash.
+    """A buffer for the transforms of the last few seconds. Frame names may have a leading slash.
 
     Args:
         interpolate: not used; kept for old programs.
@@ -68,7 +68,7 @@ class Transformer:
             polling_sleep_duration: not used; the wait ends as soon as the transform is available.
 
         Raises:
-            tf.Exception: there is no such transform in time, or this buffer is not filled by another thread.
+            tf.Exception: the transform did not become available in time, or no other thread fills this buffer.
         """
         self._check_listening()
         names = strip_leading_slash(target_frame), strip_leading_slash(source_frame)
@@ -205,7 +205,7 @@ def _require_transform(is_available: Any, reason: str) -> None:
 
 
 def xyz_to_mat44(pos: Any) -> Any:
-    """Return the matrix (4, 4) of a translation by a point or vector message."""
+    """Return the matrix (4, 4) that translates by a point or vector message."""
     return transformations.translation_matrix((pos.x, pos.y, pos.z))
 
 
@@ -218,7 +218,7 @@ class TransformerROS(Transformer):
     """A Transformer that can also transform messages."""
 
     def asMatrix(self, target_frame: str, hdr: Any) -> Any:
-        """Return the matrix (4, 4) from the frame of a header, at its time, to another frame."""
+        """Return the matrix (4, 4) that transforms from a header's frame, at its time, to another frame."""
         return self.fromTranslationRotation(*self.lookupTransform(target_frame, hdr.frame_id, hdr.stamp))
 
     def fromTranslationRotation(self, translation: Sequence[float], rotation: Sequence[float]) -> Any:

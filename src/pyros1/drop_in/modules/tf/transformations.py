@@ -25,6 +25,6 @@ _AXES2TUPLE = {
     for odd in (0, 1)
     for repeats_first in (0, 1)
 }
-# About axes that rotate, angles are applied in reverse order: the name is read from the end.
+# For rotating axes, the angles apply in reverse order: the name is read from its end.
 _AXES2TUPLE |= {"r" + name[:0:-1]: (*parts[:3], 1) for name, parts in _AXES2TUPLE.items()}
 _TUPLE2AXES = {parts: name for name, parts in _AXES2TUPLE.items()}

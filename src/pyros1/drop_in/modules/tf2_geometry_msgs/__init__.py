@@ -1,4 +1,4 @@
-"""tf2_geometry_msgs, by pyros1: transforms messages of geometry_msgs to other frames
+"""tf2_geometry_msgs, by pyros1: transforms geometry_msgs messages to other frames
 (https://wiki.ros.org/tf2_geometry_msgs).
 
 Importing this module registers these messages for `tf2_ros.Buffer.transform`.

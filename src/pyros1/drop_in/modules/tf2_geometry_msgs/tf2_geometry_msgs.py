@@ -1,6 +1,6 @@
-"""Transforms messages of geometry_msgs to other frames, and registers the functions with tf2_ros.
+"""Transforms geometry_msgs messages to other frames, and registers the functions with tf2_ros.
 
-Stock uses PyKDL. As in stock ROS, the results have the transform's header.
+Unlike stock, this needs no PyKDL. As in stock ROS, the results have the transform's header.
 """
 
 from __future__ import annotations

@@ -16,13 +16,13 @@ _NO_TIME = "time must have a to_sec method, e.g. rospy.Time or rospy.Duration"
 
 
 class BufferCore:
-    """A buffer for the transforms of the last seconds, with lookups between any two frames.
+    """A buffer for the transforms of the last few seconds, with lookups between any two frames.
 
-    Thread-safe. Names of frames have no leading slash, times are `rospy.Time`; time 0 is the latest time that all
-    frames between two frames have in common.
+    Thread-safe. Frame names have no leading slash. Times are `rospy.Time`; time 0 is the latest time at which all
+    transforms between two frames are known.
 
     Args:
-        cache_time: how long transforms are kept: a Duration before the newest transform of the same frame.
+        cache_time: how long transforms are kept: a Duration, counted back from the newest transform of the same frame.
     """
 
     def __init__(self, cache_time: Any = _TEN_SECONDS) -> None:
@@ -37,11 +37,11 @@ class BufferCore:
         self._core.set_transforms((transform,), authority, static=True)
 
     def set_transforms(self, transforms: Iterable[Any], authority: str, static: bool) -> None:
-        """Add several transforms (an extension of pyros1: waiting lookups are woken only once)."""
+        """Add several transforms (a pyros1 extension: waiting lookups are woken only once)."""
         self._core.set_transforms(transforms, authority, static=static)
 
     def set_rows(self, rows: Iterable[Row], authority: str, static: bool) -> None:
-        """Add several transforms received by a listener (an extension of pyros1)."""
+        """Add several transforms received by a listener (a pyros1 extension)."""
         self._core.set_rows(rows, authority, static=static)
 
     def clear(self, *_: Any) -> None:
@@ -53,7 +53,7 @@ class BufferCore:
 
         Raises:
             TransformException: the transform is not available; one of the subclasses in this package.
-            TypeError: an argument is of another type.
+            TypeError: an argument has the wrong type.
         """
         return self._core.lookup_transform(target_frame, source_frame, _require_time(time))
 
@@ -83,10 +83,10 @@ class BufferCore:
         return (1, "") if reason is None else (0, reason)
 
     def get_latest_common_time(self, target_frame: str, source_frame: str, /) -> Any:
-        """Return the latest time at which all frames between the two are known; 0 if all of them are static.
+        """Return the latest time at which all transforms between the two are known; 0 if all of them are static.
 
         Raises:
-            TransformException: a frame does not exist, or they are not connected.
+            TransformException: a frame does not exist, or the frames are not connected.
         """
         return self._core.get_latest_common_time(target_frame, source_frame)
 
@@ -103,7 +103,7 @@ class BufferCore:
         return self._core.all_frames_as_dot(None if time is None else _require_time(time).to_sec())
 
     def _frameExists(self, frame: str, /) -> bool:
-        """Return whether a frame of that name is known."""
+        """Return whether a frame with that name is known."""
         if not isinstance(frame, str):
             raise TypeError(f"argument 1 must be str, not {type(frame).__name__}")
         return self._core.has_frame(frame)

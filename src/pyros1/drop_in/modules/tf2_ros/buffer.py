@@ -49,7 +49,7 @@ class Buffer(tf2.BufferCore, tf2_ros.buffer_interface.BufferInterface):
         Args:
             target_frame: the target frame.
             source_frame: the source frame.
-            time: a Time; 0 for the latest time that all frames between the two have in common.
+            time: a Time; 0 for the latest time at which all transforms between the two frames are known.
             timeout: maximum Duration to wait for the transform, in the node's time; shutdown interrupts the wait.
 
         Raises:
@@ -110,7 +110,7 @@ class Buffer(tf2.BufferCore, tf2_ros.buffer_interface.BufferInterface):
 
 
 def _wait_in_node_time(timeout: Any, wait_for_transform: Callable[[float], bool]) -> None:
-    """Wait in the node's time; stop if the node shuts down, or time jumps back, as when a bag is replayed."""
+    """Wait in the node's time; stop if the node shuts down or time jumps back, as when a bag starts again."""
     start = now = rospy.Time.now()
     end = start + timeout
     while now < end and now + _MAX_JUMP >= start and not rospy.is_shutdown():

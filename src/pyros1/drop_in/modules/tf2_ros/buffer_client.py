@@ -25,7 +25,7 @@ class BufferClient(tf2_ros.buffer_interface.BufferInterface):
     Args:
         ns: name of the server's action, such as "tf2_buffer_server".
         check_frequency: no longer used.
-        timeout_padding: maximum Duration of the communication, in addition to the timeout of the lookup.
+        timeout_padding: maximum Duration of the communication, in addition to the lookup's timeout.
     """
 
     def __init__(self, ns: str, check_frequency: Any = None, timeout_padding: Any = _PADDING) -> None:

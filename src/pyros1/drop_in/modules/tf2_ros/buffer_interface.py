@@ -33,7 +33,7 @@ class BufferInterface:
             object_stamped: the data, of a registered type.
             target_frame: name of the other frame.
             timeout: maximum Duration to wait for the transform.
-            new_type: type to which to convert the result; None for that of the data.
+            new_type: type to which to convert the result; None to keep the data's type.
 
         Raises:
             TypeException: the type is not registered.
@@ -112,7 +112,7 @@ class TypeException(Exception):
 
 
 class NotImplementedException(Exception):
-    """A method is not implemented by a buffer."""
+    """A buffer does not implement a method."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -138,7 +138,7 @@ class TransformRegistration:
 
 
 class ConvertRegistration:
-    """The conversions between types in this process: direct ones, and those from and to messages."""
+    """The conversions between types in this process: direct ones, and ones from and to messages."""
 
     __to_msg_map: dict[Any, Callable[[Any], Any]] = {}
     __from_msg_map: dict[Any, Callable[[Any], Any]] = {}

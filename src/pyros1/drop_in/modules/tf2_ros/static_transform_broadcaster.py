@@ -15,8 +15,8 @@ from pyros1.msgs.tf2_msgs.msg import TFMessage
 class StaticTransformBroadcaster:
     """Publishes transforms on /tf_static, latched.
 
-    Later subscribers receive only the last message, so each message contains the earlier transforms as well (stock's
-    would lose them). A new transform of the same child frame replaces the old one.
+    New subscribers receive only the last message, so each message repeats the earlier transforms (stock's broadcaster
+    loses them). A new transform for the same child frame replaces the old one.
 
     Attributes:
         pub_tf: the publisher.
@@ -35,6 +35,6 @@ class StaticTransformBroadcaster:
                 self._transforms[item.child_frame_id] = copy.deepcopy(item)  # programs may change the object later
             self._changes += 1
             published = 0
-            while published != self._changes:  # a signal handler has added transforms while this thread published
+            while published != self._changes:  # a signal handler added transforms while this thread was publishing
                 published = self._changes
                 self.pub_tf.publish(TFMessage(list(self._transforms.values())))

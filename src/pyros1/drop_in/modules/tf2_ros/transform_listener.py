@@ -36,7 +36,7 @@ class TransformListener:
         self.buffer = buffer
         self.last_update = rospy.Time.now()
         self.last_update_lock = threading.Lock()
-        # Buffers get whole messages, unless their class overrides these methods: then they get single transforms.
+        # Buffers get whole messages unless their class overrides these methods; then they get single transforms.
         buffer_class = type(buffer)
         self._accepts_whole_messages = isinstance(buffer, BufferCore) and (
             buffer_class.set_transform,
@@ -46,7 +46,7 @@ class TransformListener:
             BufferCore.set_transform_static,
         )
         options: dict[str, Any] = {"queue_size": queue_size, "buff_size": buff_size, "tcp_nodelay": tcp_nodelay}
-        # Messages are only decoded in the fast way if no subclass overrides a callback.
+        # Fast decoding is only used if no subclass overrides a callback.
         has_standard_callbacks = self._accepts_whole_messages and (type(self).callback, type(self).static_callback) == (
             TransformListener.callback,
             TransformListener.static_callback,

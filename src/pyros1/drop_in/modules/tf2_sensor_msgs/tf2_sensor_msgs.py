@@ -29,7 +29,7 @@ def do_transform_cloud(cloud: Any, transform: Any) -> Any:
 
     Args:
         cloud: the cloud, with fields x, y and z of floats, in any order.
-        transform: a geometry_msgs/TransformStamped, whose header the result has.
+        transform: a geometry_msgs/TransformStamped; the result gets its header.
 
     Returns:
         A cloud of height 1.

@@ -1,4 +1,4 @@
-"""tf_conversions, by pyros1: `transformations`, and conversions of PyKDL's frames if PyKDL is installed.
+"""tf_conversions, by pyros1: `transformations` and, if PyKDL is installed, conversions of its frames.
 
 See https://wiki.ros.org/tf_conversions.
 """

@@ -1,4 +1,4 @@
-"""Converts between PyKDL.Frame and messages, tf's tuples and matrices. This needs PyKDL, a compiled library."""
+"""Converts PyKDL.Frame to and from messages, tf's tuples and matrices. This needs PyKDL, a compiled library."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def _make_frame(position: Any, orientation: Any) -> Any:
 
 
 def fromTf(tf: Any) -> Any:
-    """Return the frame of a pair of translation (3,) and quaternion (4,), as `lookupTransform` returns it."""
+    """Return the frame for a translation (3,) and a quaternion (4,), a pair as `lookupTransform` returns it."""
     return _make_frame(*tf)
 
 
@@ -44,7 +44,7 @@ def toTf(f: Any) -> Any:
 
 
 def fromMsg(p: Any) -> Any:
-    """Return the frame of a geometry_msgs/Pose."""
+    """Return the frame for a geometry_msgs/Pose."""
     position, orientation = p.position, p.orientation
     return _make_frame(
         (position.x, position.y, position.z), (orientation.x, orientation.y, orientation.z, orientation.w)
@@ -52,25 +52,25 @@ def fromMsg(p: Any) -> Any:
 
 
 def toMsg(f: Any) -> Any:
-    """Return a frame as geometry_msgs/Pose."""
+    """Return a frame as a geometry_msgs/Pose."""
     position, orientation = toTf(f)
     return Pose(Point(*position), Quaternion(*orientation))
 
 
 def fromMatrix(m: Any) -> Any:
-    """Return the frame of a matrix (4, 4)."""
+    """Return the frame for a matrix (4, 4)."""
     kdl = _import_kdl()
     m = numpy.asarray(m, numpy.float64)
     return kdl.Frame(kdl.Rotation(*m[:3, :3].ravel().tolist()), kdl.Vector(*m[:3, 3].tolist()))
 
 
 def toMatrix(f: Any) -> Any:
-    """Return a frame as matrix (4, 4)."""
+    """Return a frame as a matrix (4, 4)."""
     return numpy.array([[f[row, column] for column in range(4)] for row in range(3)] + [[0.0, 0.0, 0.0, 1.0]])
 
 
 def fromCameraParams(cv: Any, rvec: Any, tvec: Any) -> Any:
-    """Return the frame of the vectors (3,) that OpenCV's calibration returns; ``cv`` is the module cv2."""
+    """Return the frame for the vectors (3,) that OpenCV's calibration returns; ``cv`` is the module cv2."""
     rotation, _ = cv.Rodrigues(numpy.asarray(rvec, numpy.float64).reshape(3))
     matrix = numpy.identity(4)
     matrix[:3, :3] = rotation

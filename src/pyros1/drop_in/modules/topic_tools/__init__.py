@@ -11,9 +11,9 @@ _WARNING_DELAY = 5.0
 
 
 class LazyTransport(rospy.SubscribeListener):
-    """Subscribes when its publishers have subscribers, and unsubscribes when they have none any more.
+    """Subscribes when its publishers have subscribers, and unsubscribes when they no longer have any.
 
-    If the parameter ``~lazy`` is false, it does not unsubscribe. Programs define `subscribe` and `unsubscribe`, and use
+    If the parameter ``~lazy`` is false, it never unsubscribes. Programs define `subscribe` and `unsubscribe`, and use
     the publishers returned by `advertise`.
     """
 

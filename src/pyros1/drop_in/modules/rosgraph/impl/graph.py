@@ -1,6 +1,6 @@
 """The graph of nodes and topics, updated from the master and the nodes (for rqt_graph and similar tools).
 
-A topic's vertex is its name with a space in front, so that it differs from a node's.
+A topic's vertex is its name with a space in front, which distinguishes it from a node's vertex.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ def topic_node(topic: str) -> str:
 
 
 def node_topic(node: str) -> str:
-    """Return the topic of a vertex."""
+    """Return the topic that a vertex stands for."""
     return node[1:]
 
 
@@ -81,7 +81,7 @@ class Edge:
 
 
 def edge_args(start: str, dest: str, direction: str, label: str) -> list[tuple[str, str, str]]:
-    """Return (start, end, label) of each edge for a connection; the direction is "i", "o" or "b" (both)."""
+    """Return (start, end, label) of each edge that a connection has; the direction is "i", "o" or "b" (both)."""
     edges = [(start, dest, label)] if direction in ("o", "b") else []
     return [*edges, (dest, start, label)] if direction in ("i", "b") else edges
 

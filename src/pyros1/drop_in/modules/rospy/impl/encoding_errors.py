@@ -1,4 +1,4 @@
-"""Converts pyros1's errors for messages that cannot be encoded to those that stock raises."""
+"""Converts pyros1's errors for messages that cannot be encoded to the errors that stock raises."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ from rospy.exceptions import ROSSerializationException
 def stock_error_for(error: SerializationError) -> Exception:
     """Return the error that stock's publishers raise.
 
-    In stock ROS, a value whose type has nothing in common with that of its field, such as bytes instead of a string or
-    None instead of a message, causes an AttributeError. A string that cannot be encoded as UTF-8 causes a
-    UnicodeEncodeError. Programs catch these errors, so they are raised here, too. pyros1's error, which names
-    the field, is chained to them.
+    In stock ROS, a value of a completely different type than its field, such as bytes instead of a string or None
+    instead of a message, causes an AttributeError. A string that cannot be encoded as UTF-8 causes a
+    UnicodeEncodeError. Programs catch these errors, so pyros1 raises them, too, chained to its own error, which
+    names the field.
     """
     cause: BaseException | None = error
     while isinstance(cause, SerializationError):
-        if isinstance(cause, OverflowError):  # a number that is too large for a float field
+        if isinstance(cause, OverflowError):  # the number is too large for a float field
             return OverflowError(str(error))
         cause = cause.__cause__ or cause.__context__
     if isinstance(cause, AttributeError) and (cause.name != "encode" or hasattr(cause.obj, "__len__")):

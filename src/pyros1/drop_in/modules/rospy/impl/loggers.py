@@ -156,7 +156,7 @@ def _base_logger(
     level: str = "info",
     once: bool = False,
 ) -> None:
-    """Log a message at one of Python's levels, like the functions above; in stock ROS, those call this one."""
+    """Log a message like the functions above, which call this one in stock ROS; ``level`` is the name of the level."""
     frame = sys._getframe(1)
     call_site = _call_site(frame.f_back or frame)
     if once:

@@ -72,7 +72,7 @@ class ParamServerCache:
             raise KeyError(key)
 
     def set_notifier(self, notifier: Callable[[str, Any], object] | None) -> None:
-        """Call a function with name and value for each change; None to stop."""
+        """Call a function with the name and value of each parameter that changes; None to stop."""
         self._notifiers = [] if notifier is None else [notifier]
         if not self._watching:
             self._watching = True

@@ -8,7 +8,7 @@ from pyros1.drop_in.module_attributes import module_hooks as _module_hooks
 
 
 class Registration:
-    """Kinds of registrations with the master."""
+    """The kinds of registration with the master."""
 
     PUB = "pub"
     SUB = "sub"

@@ -13,7 +13,7 @@ from rospy.impl.transport import BIDIRECTIONAL, Transport, next_id
 
 
 def write_error(transport: Any, text: str) -> None:
-    """Write the response of a service that has failed.
+    """Write a service's error response.
 
     Args:
         transport: an object with the method ``write_data``.
@@ -59,18 +59,18 @@ class RequestTransport(Transport):
 
     @cached_property
     def write_buff(self) -> io.BytesIO:
-        """Buffer for what a program writes before sending it."""
+        """Buffer in which a program collects bytes before sending them."""
         return io.BytesIO()
 
     def send_message(self, msg: Any, seq: int) -> None:
-        """Respond with a message; ``seq`` is written to its header, if it has connection."""
+        """Respond with a message; ``seq`` is written to its header, if it has one."""
         if getattr(msg, "_has_header", False):
             msg.header.seq = seq
         self._message = msg
         self.__dict__.pop("write_buff", None)
 
     def write_data(self, data: bytes) -> bool:
-        """Respond with bytes: 1, length and response; or 0, length and the reason of a failure."""
+        """Respond with bytes: 1, length and response; or 0, length and the reason for the failure."""
         self._data += data
         return True
 

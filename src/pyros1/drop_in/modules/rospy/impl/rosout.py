@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 _PYTHON_LEVELS = {1: logging.DEBUG, 2: logging.INFO, 4: logging.WARNING, 8: logging.ERROR, 16: logging.CRITICAL}
 _STOCK_LOGGERS = ("rospy", "rospy.internal", "rospy.service", "rospy.tcpros", "rospy.topics")
-"""Loggers that stock has as well."""
+"""Loggers that exist in stock ROS, too."""
 _CONFIG_VARIABLE = "ROS_PYTHON_LOG_CONFIG_FILE"
 _LOG_FILE_VARIABLE = "ROS_LOG_FILENAME"
 _ROSOUT_ONLY = Destinations(terminal=False, file=False)
@@ -32,12 +32,12 @@ _FILE_ONLY = Destinations(terminal=False, rosout=False)
 
 
 def python_level(level: int) -> int:
-    """Return Python's level for one of rospy's."""
+    """Convert one of rospy's levels to Python's."""
     return _PYTHON_LEVELS[level]
 
 
 def ros_level(level: int) -> int:
-    """Return rospy's level, 1, 2, 4, 8 or 16, for one of Python's."""
+    """Convert one of Python's levels to rospy's: 1, 2, 4, 8 or 16."""
     return max((ros for ros, python in _PYTHON_LEVELS.items() if python <= level), default=1)
 
 
@@ -182,7 +182,7 @@ def with_error_logging(callback: Callable[[Any], object], original: object) -> C
             if (
                 isinstance(error, (KeyboardInterrupt, NodeShutdownError)) and not time_moved_back
             ) or PROCESS.is_shutdown:
-                raise  # the shutdown interrupted a wait, which the node handles
+                raise  # the shutdown interrupted a wait; the node handles this
             import traceback
 
             first_frame = error.__traceback__
@@ -214,7 +214,7 @@ def connect_loggers(node: Node, argv: list[str], config: str) -> None:
 
 
 def _remove_terminal_handlers(logger: logging.Logger) -> None:
-    """Remove handlers that print, such as that of ``logging.basicConfig``: rospy's messages would be printed twice.
+    """Remove handlers that print, such as ``logging.basicConfig``'s: they would print rospy's messages a second time.
 
     Stock's configuration removes all handlers that exist before the node starts; ours keeps those that write
     elsewhere.

@@ -1,4 +1,4 @@
-"""Simulated time, to which a node listens itself (https://wiki.ros.org/Clock)."""
+"""Simulated time; the node itself subscribes to /clock (https://wiki.ros.org/Clock)."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _USE_SIMTIME = "/use_sim_time"
 
 
 def init_simtime() -> bool:
-    """Declare that a clock is available, which is wall time if there is no node; return True."""
+    """Make wall time available without a node; return True."""
     set_rostime_initialized(True)
     return True
 
@@ -25,7 +25,7 @@ def _is_use_simtime() -> bool:
 
 
 def _set_rostime_clock_wrapper(time_msg: Any) -> None:
-    """Set the time to that of a message of /clock."""
+    """Set the time from a message on /clock."""
     _set_rostime(time_msg.clock)
 
 

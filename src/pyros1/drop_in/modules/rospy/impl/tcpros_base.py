@@ -1,6 +1,4 @@
-"""Connections to services that a program makes itself; the node has its own connections
-(https://wiki.ros.org/ROS/TCPROS).
-"""
+"""Connections that a program opens to services itself, separate from the node's (https://wiki.ros.org/ROS/TCPROS)."""
 
 from __future__ import annotations
 
@@ -73,7 +71,7 @@ class TCPROSTransportProtocol:
 
 
 class TCPROSServiceClient(TCPROSTransportProtocol):
-    """The protocol of a client of a service.
+    """A service client's protocol.
 
     Args:
         resolved_name: the service's name.
@@ -112,7 +110,7 @@ class TCPROSServiceClient(TCPROSTransportProtocol):
 
 
 def _receive_with_length(read: Read) -> bytes:
-    """Receive a 4-byte length and that many bytes; return the bytes."""
+    """Receive a 4-byte length, then that many bytes; return the bytes."""
     (size,) = _LENGTH.unpack(read(_LENGTH.size))
     if size > MAX_MESSAGE_SIZE:
         raise TransportException(f"a message of {size} bytes is too large")
@@ -190,7 +188,7 @@ class TCPROSTransport(Transport):
 
         Args:
             msg: the message.
-            seq: sequence number for the message's header, if it has connection.
+            seq: sequence number for the message's header, if it has one.
 
         Raises:
             TransportInitError: there is no connection.

@@ -44,7 +44,7 @@ logger = logging.getLogger("rospy.service")
 
 
 def convert_return_to_response(response: Any, response_class: type[Any]) -> Any:
-    """Convert what a handler has returned to a response.
+    """Convert a handler's return value to a response.
 
     Args:
         response: a response; a list, tuple or dict of its fields; or the value of its only field.
@@ -83,7 +83,7 @@ class ServiceImpl(_Service):
             it.
 
     Raises:
-        ServiceException: the program has a service of that name.
+        ServiceException: the program already has a service with that name.
         ValueError: the name is not a non-empty string.
     """
 
@@ -116,7 +116,7 @@ class ServiceImpl(_Service):
     def error_handler(
         self, e: BaseException, exc_type: type[BaseException], exc_value: BaseException, tb: TracebackType
     ) -> None:
-        """Log what the handler raised."""
+        """Log an exception that the handler raised."""
         import traceback
 
         logerr("Error processing request: %s\n%s", e, "".join(traceback.format_exception(exc_type, exc_value, tb)))

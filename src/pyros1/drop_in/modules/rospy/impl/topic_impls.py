@@ -47,18 +47,18 @@ class Connection:
 
     @property
     def stat_bytes(self) -> int:
-        """Number of bytes so far."""
+        """Number of bytes received or sent so far."""
         return int(getattr(self._link, "bytes_received", 0) or getattr(self._link, "bytes_sent", 0))
 
     @property
     def stat_num_msg(self) -> int:
-        """Number of messages so far."""
+        """Number of messages received or sent so far."""
         return int(self._link.messages)
 
     __getattr__ = class_getattr("Publisher.impl.connections[]", _SOCKET_REASON, _SOCKET_MEMBERS)
 
     def get_transport_info(self) -> str:
-        """Return the addresses of both ends, as text."""
+        """Return the addresses of both ends as text."""
         return str(self._link.address)
 
 
@@ -167,7 +167,7 @@ class PublisherImpl(TopicImpl):
         self._listener_watch: Any = None
 
     def add_headers(self, headers: dict[str, str]) -> None:
-        """Add fields of the connection header, for publishers that are made later."""
+        """Add connection header fields, for publishers created later."""
         self.headers.update(headers)
 
     def enable_latch(self) -> None:
@@ -175,7 +175,7 @@ class PublisherImpl(TopicImpl):
         self.is_latch = True
 
     def set_queue_size(self, queue_size: int) -> None:
-        """Set the maximum number of queued messages, for publishers that are started later."""
+        """Set the maximum number of queued messages, for publishers started later."""
         self.queue_size = queue_size
 
     def publish(self, message: Any, connection_override: Connection | None = None) -> None:
@@ -192,7 +192,7 @@ class PublisherImpl(TopicImpl):
         ]
         return self.name, sum(entry[1] for entry in stats), stats
 
-    # Listeners, which one of pyros1's threads calls -------------------------------------------------------------------
+    # Listeners, called in one of pyros1's threads ---------------------------------------------------------------------
 
     def add_subscriber_listener(self, l: Any) -> None:  # noqa: E741 - stock's name
         """Notify a `SubscribeListener` when subscribers connect and disconnect."""
@@ -352,7 +352,7 @@ class TopicManager:
         return self.pubs if reg_type == "pub" else self.subs
 
     def acquire_impl(self, reg_type: str, resolved_name: str, data_class: Any) -> Any:
-        """Return a topic for one more publisher or subscriber, and create it if necessary."""
+        """Return a topic for another publisher or subscriber; create it if necessary."""
         with self.lock:
             table = self._table(reg_type)
             if resolved_name not in table:

@@ -27,7 +27,7 @@ class Transport:
     """
 
     transport_type = "UNKNOWN"
-    done = False  # on the class, since each call of a service creates an object of a subclass
+    done = False  # on the class, since each service call creates an object of a subclass
     cleanup_cb: Callable[[Any], object] | None = None
     endpoint_id = ""
     stat_bytes = 0
@@ -41,7 +41,7 @@ class Transport:
         self.id = next_id()
 
     def fileno(self) -> int | None:
-        """Return the socket's number.
+        """Return the socket's file descriptor.
 
         Raises:
             NotImplementedError: in this base class.
