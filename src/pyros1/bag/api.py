@@ -290,8 +290,8 @@ class Bag:
     def message_class(self, connection: Connection) -> type[Message]:
         """Return the class of a connection's messages.
 
-        If its definition is unusable, use that of another connection in the bag, or of an installed type, with the same
-        name and md5 sum.
+        If its definition is unusable, use another one with the same name and md5 sum: another connection's, or an
+        installed type's.
 
         Raises:
             DefinitionError: the definition is wrong.
@@ -304,8 +304,8 @@ class Bag:
         return self._classes.get(*type_key, connection.definition, other_definitions)
 
     def definition(self, connection: Connection) -> str:
-        """Return the full definition of a connection's message type: that of its `message_class` or, if there is no
-        usable one, the recorded text.
+        """Return the full definition of a connection's message type: the one that `message_class` uses or, if none is
+        usable, the recorded text.
         """
         try:
             return self.message_class(connection)._full_text

@@ -34,7 +34,7 @@ class BagOutput:
 
     Raises:
         UnindexedError: with `more`, the bag was not closed; `pyros1 bag reindex` repairs it.
-        BagError: with `more`, the file is not a bag to which messages can be added.
+        BagError: with `more`, messages cannot be added to the file.
         OSError: the file cannot be created.
         ValueError: the compression is unknown.
     """

@@ -6,7 +6,7 @@ from typing import Any
 
 
 def bytes_to_binary(value: Any) -> Any:
-    """Return a parameter's value with `xmlrpc.client.Binary` instead of bytes, including those in lists and dicts.
+    """Return a parameter's value with `xmlrpc.client.Binary` instead of bytes, also inside lists and dicts.
 
     Args:
         value: pyros1's value, which is not modified. If it contains no bytes, the result may be the same object.

@@ -130,7 +130,7 @@ class _Module(ModuleType):
 
     @property
     def __dict__(self) -> dict[str, Any]:  # type: ignore[override]
-        """All attributes, including those that have not been used yet, since some programs search for types here."""
+        """All attributes, even ones not used so far, since some programs search this dictionary for types."""
         for name in (*self._definitions.public_names(), *self._definitions.module_names()):
             getattr(self, name)
         attributes: dict[str, Any] = _MODULE_DICT.__get__(self)

@@ -74,7 +74,7 @@ class Process:
         return self.node is not None and os.getpid() != self._pid
 
     def add_start_callback(self, callback: Callable[[Node], object]) -> None:
-        """Call a function with the node: immediately, or as soon as it is started."""
+        """Call a function with the node: immediately, or as soon as the node is started."""
         with self._lock:
             node = self.node
             if node is None:

@@ -12,7 +12,7 @@ _ROSPKG = "`pip install rospkg` provides it"
 REASONS = {
     "rosmaster": _CORE,
     "rosclean": "see the command `pyros1 clean`",
-    "roslz4": "pyros1.bag reads and writes chunks with LZ4; see the module lz4 of PyPI",
+    "roslz4": "pyros1.bag reads and writes chunks with LZ4; see lz4 on PyPI",
     "roswtf": "see the command `pyros1 wtf`",
     "rosconsole": "see the command `pyros1 console`",
     "PyKDL": f"{_COMPILED}; tf2_kdl, tf_conversions.posemath and pyros1.tf.transformations work without it",

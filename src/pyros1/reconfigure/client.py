@@ -31,7 +31,7 @@ class Client:
         on_config: called with each new configuration.
         on_description: called with the list of parameters; see `description`.
         make: called like ``dict`` to create the dictionaries of configurations and descriptions.
-        remap: whether remappings of ``name`` apply, in addition to those of its topics and service.
+        remap: whether to remap ``name``, in addition to its topics and service.
 
     Raises:
         WaitTimeoutError: the other node does not respond in time.

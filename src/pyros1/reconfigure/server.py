@@ -46,7 +46,7 @@ class Server:
         namespace: the namespace of the parameters, topics and service. It is below the node's private namespace unless
             it begins with ``/``.
         make: called like ``dict`` to create the configuration's dictionaries.
-        remap: whether remappings of the namespace apply, in addition to those of its topics, service and parameters.
+        remap: whether to remap the namespace, in addition to its topics, service and parameters.
 
     Attributes:
         config: the current configuration.

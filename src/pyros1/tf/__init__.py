@@ -10,7 +10,7 @@
         TransformListener(node, buffer)
         pose = buffer.lookup_transform("map", "base_link", timeout=5.0)
 
-The rules, messages and exceptions are those of tf2, in pure Python. `pyros1.tf.transformations` has functions for
+This is pure Python, with tf2's rules, messages and exceptions. `pyros1.tf.transformations` has functions for
 rotations and matrices, which use numpy.
 """
 

@@ -1,4 +1,4 @@
-"""The exceptions that lookups raise; their names and messages are those of tf2."""
+"""The exceptions that lookups raise, with tf2's names and messages."""
 
 from __future__ import annotations
 

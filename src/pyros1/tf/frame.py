@@ -45,7 +45,7 @@ class Frame:
         Args:
             time: the transform's stamp.
             entry: the transform, with its parent.
-            max_age: age in nanoseconds, relative to the newest transform, up to which transforms are kept.
+            max_age: maximum age of transforms in nanoseconds, relative to the newest one; older ones are dropped.
 
         Returns:
             None, or the reason why it was not added, in tf2's words.

@@ -28,8 +28,7 @@ class Tree:
     """The tree of frames, by name.
 
     Args:
-        max_age: age in nanoseconds, relative to a frame's newest transform, up to which the frame's transforms are
-            kept.
+        max_age: maximum age of transforms in nanoseconds, relative to the frame's newest one; older ones are dropped.
     """
 
     def __init__(self, max_age: int) -> None:

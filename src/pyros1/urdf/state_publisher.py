@@ -42,8 +42,8 @@ class Settings:
 
     Attributes:
         publish_frequency: maximum number of messages per second with the same joint; values below 1 count as 1.
-        ignore_timestamp: whether every message is used, even if its stamp is earlier than that of the last message, or
-            too soon after it.
+        ignore_timestamp: whether every message is used, even if its stamp is earlier than the last message's, or too
+            soon after it.
         use_tf_static: whether fixed links are published once, on /tf_static, instead of repeatedly, on /tf.
         prefix: prefix of frame names; empty for none.
     """

@@ -364,7 +364,7 @@ SMALL, BIG = chunk(KNOWN), chunk(bytes(630_000))
         (
             [SMALL, mcap.pack_record(mcap.OP_FOOTER, U64.pack(BEGIN), bytes(12))],
             [],
-            "not where the end of the file",
+            "not where the footer says",
         ),
     ],
 )

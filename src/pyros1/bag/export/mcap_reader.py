@@ -122,7 +122,7 @@ class McapReader:
                     if self.position + len(MAGIC) != self._size or (
                         summary_start and summary_start not in summary_starts | {offset}
                     ):
-                        raise RecordError("the index is not where the end of the file says")
+                        raise RecordError("the index is not where the footer says")
                     check_index(index, chunks, self._limit)
                     return
                 if op in (OP_CHUNK, OP_MESSAGE, OP_MESSAGE_INDEX):

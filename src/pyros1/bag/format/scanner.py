@@ -251,7 +251,7 @@ class Scanner:
         return self._find_next_record(chunk_pos + 1)
 
     def _read_outside_chunks(self, position: int) -> tuple[ScannedChunk | None, int]:
-        """Read messages outside of chunks: those of an unfinished chunk, or of a bag of version 1.2.
+        """Read messages outside of chunks, which belong to an unfinished chunk or to a bag of version 1.2.
 
         Returns:
             As for `_next_record`.

@@ -1,4 +1,4 @@
-"""A client's view of a goal, with stock's states; the transitions are those of pyros1.actions.states."""
+"""A client's view of a goal, with stock's states; pyros1.actions.states defines the transitions."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ class CommState:
 
 
 class TerminalState:
-    """The terminal states of a goal; the values are those of actionlib_msgs/GoalStatus."""
+    """The terminal states of a goal, with the values of actionlib_msgs/GoalStatus."""
 
     PREEMPTED = int(Status.PREEMPTED)
     SUCCEEDED = int(Status.SUCCEEDED)

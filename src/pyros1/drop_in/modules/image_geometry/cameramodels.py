@@ -252,7 +252,7 @@ class StereoCameraModel:
             self.Q[3, 2] = -1.0 / (self.right.Tx() / self.right.fx())
 
     def tfFrame(self) -> Any:
-        """Return the frame of the left camera, to which points refer."""
+        """Return the frame of the left camera, in which points are given."""
         return self.left.tfFrame()
 
     def project3dToPixel(self, point: Sequence[float]) -> tuple[tuple[float, float], tuple[float, float]]:

@@ -128,7 +128,7 @@ class MenuHandler:
         return True
 
     def reApply(self, server: Any) -> bool:
-        """Update the menu on all markers to which it is attached; return False if one of them no longer exists."""
+        """Update the menu on all markers that have it; return False if one of them no longer exists."""
         applied = [self.apply(server, name) for name in list(self.managed_markers_)]  # apply() removes missing ones
         return all(applied)
 

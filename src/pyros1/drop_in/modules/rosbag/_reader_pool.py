@@ -10,7 +10,7 @@ from pyros1.bag.format.reader import BagReader
 
 
 class ReaderPool:
-    """Keeps track of which readers are used by iterators; closes a replaced reader when no iterator uses it any more.
+    """Tracks which readers iterators are using; closes a replaced reader once no iterator uses it.
 
     Args:
         lock: held while the current reader is obtained or replaced.

@@ -15,8 +15,8 @@ from pyros1.msgs import load_message
 
 __getattr__ = module_getattr(
     __name__,
-    RuleChain="pyros1 plans its migrations in another way; see pyros1.bag.edit.migration",
-    ScaffoldNode="pyros1 plans its migrations in another way; see pyros1.bag.edit.migration",
+    RuleChain="pyros1 plans migrations differently; see pyros1.bag.edit.migration",
+    ScaffoldNode="pyros1 plans migrations differently; see pyros1.bag.edit.migration",
 )
 
 

@@ -8,7 +8,7 @@ from pyros1.drop_in.commands import main, run
 from pyros1.drop_in.module_attributes import module_getattr
 from rosbag._progress import ProgressMeter
 
-_ALTERNATIVE = "see rosbag.Bag, or the function of a verb here, such as compress_cmd"
+_ALTERNATIVE = "see rosbag.Bag, or this module's functions for subcommands, such as compress_cmd"
 __getattr__ = module_getattr(
     __name__,
     RosbagCmds="see rosbagmain",

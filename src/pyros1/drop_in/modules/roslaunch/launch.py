@@ -63,7 +63,7 @@ class ROSLaunchRunner:
         timeout: maximum number of seconds that a master started here waits for a node to respond.
         master_logger_level: minimum level in the log of a master started here.
         sigint_timeout, sigterm_timeout: seconds between SIGINT, SIGTERM and SIGKILL.
-        options: further launch options, which only pyros1 has; None for the defaults.
+        options: additional launch options, which only pyros1 has; None for the defaults.
 
     Raises:
         RLException: there is no run id.

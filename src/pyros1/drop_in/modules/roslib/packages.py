@@ -94,7 +94,7 @@ def find_node(pkg: str, node_type: str, rospack: Any = None) -> list[str]:
     Args:
         pkg: the package.
         node_type: the name.
-        rospack: finds the packages; None for those of the environment.
+        rospack: finds the packages; None for the packages in the environment.
 
     Raises:
         rospkg.ResourceNotFound: there is no such package.
@@ -118,7 +118,7 @@ def find_resource(
         pkg: the package.
         resource_name: the file's name, or a path relative to the package.
         filter_fn: called with each path; returns whether to include it. None to include all paths.
-        rospack: finds the packages; None for those of the environment.
+        rospack: finds the packages; None for the packages in the environment.
 
     Raises:
         rospkg.ResourceNotFound: there is no such package.

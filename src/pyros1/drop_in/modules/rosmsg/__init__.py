@@ -241,7 +241,7 @@ def get_array_type_instance(field_type: str, default_package: str | None = None)
 
 
 def create_names_filter(names: Any) -> Callable[[Any], Iterator[str]]:
-    """Return a function that yields the names of a message's fields, except those in ``names``."""
+    """Return a function that yields the names of a message's fields, except the ones in ``names``."""
     return lambda message: (name for name in message.__slots__ if name not in names)
 
 

@@ -123,7 +123,7 @@ def kill_nodes(node_names: Iterable[str]) -> tuple[list[str], list[str]]:
     """Shut down nodes.
 
     Returns:
-        The names of the nodes that were shut down, and of those that are unknown or do not respond.
+        The names of the nodes that were shut down, and of the nodes that are unknown or do not respond.
     """
     master = rosgraph.Master(ID)
     success, fail = [], []
@@ -206,7 +206,7 @@ def rosnode_ping(node_name: str, max_count: int | None = None, verbose: bool = F
 
 
 def rosnode_ping_all(verbose: bool = False, skip_cache: bool = False) -> tuple[list[str], list[str]]:
-    """Ping all nodes once; return those that answered, and those that did not."""
+    """Ping all nodes once; return the nodes that answered, and the nodes that did not."""
     names = get_node_names()
     if verbose:
         print("Will ping the following nodes: \n" + "".join(f" * {name}\n" for name in names))

@@ -10,7 +10,7 @@ from pyros1.drop_in.module_attributes import module_getattr
 from rospkg.common import MANIFEST_FILE, PACKAGE_FILE, STACK_FILE
 
 _DEPEND_TAGS = ("run_depend", "exec_depend", "build_depend", "build_export_depend", "buildtool_depend", "depend")
-_REASON = "`pip install rospkg` provides it; here is parse_manifest_file"
+_REASON = "`pip install rospkg` provides it; pyros1 has parse_manifest_file"
 
 __getattr__ = module_getattr(__name__, parse_manifest=_REASON, Platform=_REASON)
 

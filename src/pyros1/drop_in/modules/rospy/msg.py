@@ -23,7 +23,7 @@ def args_kwds_to_message(data_class: type[Any], args: tuple[Any, ...], kwds: dic
 
     Raises:
         TypeError: positional and named values are mixed, or the message is of another type.
-        AttributeError: there is no field of that name.
+        AttributeError: there is no field with that name.
     """
     if args and kwds:
         raise TypeError("publish() can be called with arguments or keywords, but not both.")

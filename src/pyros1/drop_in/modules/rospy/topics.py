@@ -123,7 +123,7 @@ class Topic:
                 self._handle = handle
                 impl.handles = [*impl.handles, handle]
                 return
-        handle.unregister()  # another thread, such as that of its callback, has closed this object in the meantime
+        handle.unregister()  # another thread, such as its callback's, has closed this object in the meantime
 
     def _open(self, node: pyros1.Node, data_class: Any, impl: Any) -> Any:
         raise NotImplementedError
@@ -233,7 +233,7 @@ class Publisher(Topic):
             raise ROSException(_UNREGISTERED) from None
 
     def _wait_for_handle(self) -> Any:
-        """Return pyros1's publisher as soon as it has been started; None after the node's shutdown.
+        """Wait for pyros1's publisher if the node is starting, and return it; None after the node's shutdown.
 
         Raises:
             ROSException: the node has not been started, or the publisher was unregistered.

@@ -189,7 +189,7 @@ class Concurrence(Container):
                     )
                 return callback_outcome
         entries = sorted(self._outcome_map.items(), key=lambda item: len(item[1]) < len(children))
-        for outcome, state_outcomes in entries:  # those that name all states come first
+        for outcome, state_outcomes in entries:  # entries that name all states come first
             if all(children.get(label) == expected for label, expected in state_outcomes.items()):
                 return outcome
         return self._default_outcome

@@ -163,7 +163,7 @@ class Iterator(Container):
                 raise InvalidTransitionError(f"Iterator state '{self._state_label}' has no {role} outcomes {unknown}.")
         unknown = [name for name in self._final_outcome_map.values() if name not in self._outcomes]
         if unknown:
-            raise InvalidTransitionError(f"The iterator has no outcomes {unknown}, to which final outcomes are mapped.")
+            raise InvalidTransitionError(f"final_outcome_map has outcomes that the iterator lacks: {unknown}.")
 
     def get_children(self) -> dict[str, State]:
         """Return {label: state}, with the one state."""

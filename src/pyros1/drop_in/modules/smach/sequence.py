@@ -33,7 +33,7 @@ class Sequence(StateMachine):
         """Add a state to the open sequence; a transition for the connector outcome replaces the transition to the next
         state.
 
-        Arguments and errors are those of `StateMachine.add`.
+        For the arguments and errors, see `StateMachine.add`.
         """
         return StateMachine.add(label, state, transitions, remapping)
 

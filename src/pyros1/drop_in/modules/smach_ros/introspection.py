@@ -171,7 +171,7 @@ class IntrospectionServer:
 
     Args:
         server_name: prefix of the topics.
-        state: the container, to which all states have been added.
+        state: the container, with all its states already added.
         path: path of the container, as other programs show it; a prefix of the paths of the containers in it.
     """
 

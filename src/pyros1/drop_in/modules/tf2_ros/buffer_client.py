@@ -64,7 +64,7 @@ class BufferClient(tf2_ros.buffer_interface.BufferInterface):
     ) -> Any:
         """Return the pose of ``source_frame`` at one time in ``target_frame`` at another time.
 
-        See `Buffer.lookup_transform_full`. The errors are those of `lookup_transform`.
+        See `Buffer.lookup_transform_full`. Raises the same errors as `lookup_transform`.
         """
         arguments = (target_frame, target_time, source_frame, source_time, fixed_frame, timeout)
         return _call_server(lambda: self.client.lookup_transform_full(*arguments))
