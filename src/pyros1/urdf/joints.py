@@ -21,7 +21,7 @@ class Options:
 
     Attributes:
         rate: messages per second.
-        source_list: topics from which joint states are taken.
+        source_list: topics that provide joint states.
         zeros: joint -> initial position in radians or metres.
         dependent_joints: joint -> how it follows another joint.
         use_mimic_tags: whether joints follow other joints as the description's mimic tags say.

@@ -237,7 +237,7 @@ def main(argv: list[str]) -> int:
 
 
 def deprecated_main(argv: list[str]) -> int:
-    """Run robot_state_publisher under its old name, state_publisher, which launch files should not use any more."""
+    """Run robot_state_publisher under its old, deprecated name, state_publisher."""
     sys.stderr.write("WARNING: the program state_publisher is deprecated: use robot_state_publisher instead\n")
     return main(argv)
 

@@ -16,7 +16,7 @@ _OPTIONS: dict[str, dict[str, Any]] = {
     "png": {"compress_level": 1},
     "webp": {"lossless": True},
 }
-"""Options with which Pillow writes files as OpenCV does by default, by format."""
+"""Format -> Pillow's options for writing files as OpenCV does by default."""
 _OPENCV_HINT = ", or install OpenCV: pip install opencv-python-headless"
 
 

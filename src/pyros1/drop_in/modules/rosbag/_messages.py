@@ -1,4 +1,4 @@
-"""Helpers with which `rosbag.bag.Bag` reads and writes messages."""
+"""Helpers of `rosbag.bag.Bag` for reading and writing messages."""
 
 from __future__ import annotations
 

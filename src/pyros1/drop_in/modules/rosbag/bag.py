@@ -55,7 +55,7 @@ class Bag(WritingMixin, InfoMixin):
 
     Args:
         f: path of the file, or an open binary file, which is closed with the bag.
-        mode: ``r`` reads, ``w`` writes a new bag, ``a`` appends. Bags that are written can be read, too.
+        mode: ``r`` reads, ``w`` writes a new bag, ``a`` appends. Bags open for writing can also be read.
         compression: ``none``, ``bz2`` or ``lz4``.
         chunk_threshold: uncompressed size in bytes beyond which a chunk is closed.
         allow_unindexed: whether to open a bag that was not closed; it appears to be empty until `reindex`.

@@ -62,7 +62,7 @@ class ROSLaunchConfig:
     """The contents of a launch, which a program may change before it launches them.
 
     Attributes:
-        nodes, nodes_core, tests: what to start.
+        nodes, nodes_core, tests: the nodes, the core's nodes and the tests to start.
         params: Param by full name.
         clear_params: namespaces of parameters that are deleted before parameters are set.
         machines: Machine by name.

@@ -1,4 +1,4 @@
-"""rospkg, by pyros1: ROS packages (https://wiki.ros.org/rospkg); contains what programs use of it.
+"""rospkg, by pyros1: finds ROS packages (https://wiki.ros.org/rospkg); only has the parts that programs use.
 
 If rospkg is installed, from PyPI or Debian, programs import that package instead.
 """

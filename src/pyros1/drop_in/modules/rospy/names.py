@@ -221,7 +221,7 @@ def scoped_name(caller_id: str, name: str) -> str:
 
 
 def initialize_mappings(node_name: str) -> None:
-    """Resolve the remappings on the command line for a node that has not been started. Starting it does this, too.
+    """Resolve the remappings on the command line for a node that has not been started; starting it also does this.
 
     Args:
         node_name: the full name of the node.

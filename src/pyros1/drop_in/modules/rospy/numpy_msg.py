@@ -20,8 +20,8 @@ def numpy_msg(msg_type: Any) -> Any:
     """Return a class of the same type whose received messages have numpy arrays.
 
     Arrays have one dimension, shape (n,), and the field's number type; they are read-only, since they refer to the
-    bytes received. Arrays of uint8 and char are bytes, as in any message. Such a class can be passed to Publisher, too:
-    fields take numpy arrays with any class.
+    bytes received. Arrays of uint8 and char are bytes, as in any message. The class can also be passed to Publisher,
+    although fields accept numpy arrays with any class.
     """
 
     def decode(buffer: bytes, start: int, end: int, exact: bool = False) -> Any:
