@@ -162,6 +162,8 @@ def test_other_spellings_of_values(text: str, value: Any) -> None:
         "<value><struct><member><name>a</name></member></struct></value>",
         "<value><struct><member><name>a</name><name>b</name></member></struct></value>",
         "<value><struct><member><value>1</value><name>a</name></member></struct></value>",
+        "<value><array><data></param><value>1</value></data></array></value>",
+        "<value><struct></member><member><name>a</name><value>1</value></member></struct></value>",
         "<value><data></data></value>",
         "<param><value>1</value></param>",
         "<value>&unknown;</value>",
