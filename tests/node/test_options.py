@@ -141,3 +141,7 @@ def test_a_real_time_priority(
     capfd.readouterr()
     assert make_node("d", argv=["__priority:=50"]).ok()
     assert "cannot get real-time priority 50: the system does not permit it" in capfd.readouterr().err
+
+
+def test_spin_once_of_a_node_whose_callbacks_run_inline_has_nothing_to_do(make_node: Any) -> None:
+    assert make_node("a").spin_once() == 0
