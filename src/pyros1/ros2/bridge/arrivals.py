@@ -1,7 +1,7 @@
 """A bounded queue of messages from ROS 2. No I/O.
 
-Tokens have their own queue, and go first, so a flood of messages can only displace messages. The removal of a token
-must not be lost, since zenoh does not repeat it; only the last change of each token is kept.
+Tokens have their own queue, which goes first, so a flood of messages can only displace messages. The removal of a token
+must not be lost, since zenoh does not repeat it. Only the last change of each token is kept.
 """
 
 from __future__ import annotations
@@ -11,21 +11,21 @@ from collections import deque
 from pyros1.ros2.zenoh.names import MAX_KEY_LENGTH, DataKey
 
 MAX_TOKENS = 50_000
-"""Maximum number of tokens that are known to be there at a time."""
+"""Maximum number of tokens known at a time."""
 MAX_BYTES = 64 << 20
 """Maximum total size in bytes of the waiting messages; a single larger one is accepted."""
 MAX_MESSAGES = 10_000
 Token = tuple[str, bool]
-"""The key of a ROS 2 entity, and whether it is there or gone."""
+"""The key of a ROS 2 entity, and whether it exists or is gone."""
 Message = tuple[DataKey, bytes, bytes, str]
-"""A message: its key, the message, its attachment, and the id of its publisher's session; empty if it is not known."""
+"""A message: its key, the encoded message, its attachment, and the id of its publisher's session; empty if unknown."""
 
 
 class Arrivals:
     """Waiting tokens and messages.
 
     Attributes:
-        dropped: how many were dropped because too many waited.
+        dropped: how many were dropped because the queue was full.
     """
 
     def __init__(self, max_bytes: int = MAX_BYTES, max_messages: int = MAX_MESSAGES) -> None:
@@ -33,8 +33,8 @@ class Arrivals:
         self._max_bytes = max_bytes
         self._max_messages = max_messages
         self._tokens: dict[str, bool] = {}
-        self._told: set[str] = set()  # the tokens that were popped as being there
-        self._new = 0  # how many wait that are there, and have not been popped
+        self._told: set[str] = set()  # the existing tokens that were popped
+        self._new = 0  # how many new tokens wait
         self._messages: deque[Message] = deque()
         self._bytes = 0
 
@@ -68,7 +68,7 @@ class Arrivals:
             self.dropped += 1
 
     def pop(self) -> tuple[Token | None, Message | None]:
-        """Return the next token or message; neither if nothing waits."""
+        """Return the next token or message; (None, None) if nothing waits."""
         if self._tokens:
             key = next(iter(self._tokens))
             is_there = self._tokens.pop(key)

@@ -6,8 +6,9 @@ import threading
 
 
 class CallShares:
-    """The calls in progress, by client. A client may make another one as long as it has fewer than there is room for:
-    alone, it gets half of the room, the next one half of the rest, and so on. May be used in several threads.
+    """The calls in progress, by client. A client may make another call while it has fewer in progress than there are
+    free places: a lone client gets half of all places, the next one half of the rest, and so on. May be used in several
+    threads.
 
     Args:
         limit: maximum number of calls in progress.
@@ -20,7 +21,7 @@ class CallShares:
         self._lock = threading.Lock()
 
     def begin(self, client: bytes) -> bool:
-        """Return whether a client may make a call now; if so, count it.
+        """Return whether a client may make a call now, and if so, count it.
 
         Args:
             client: identifies the client.

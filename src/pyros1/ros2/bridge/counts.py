@@ -9,7 +9,7 @@ from pyros1.bridge.exchange.topic_sender import Flow
 from pyros1.bridge.rates import Count, Rate, Rates
 
 MAX_TOPICS = 25_000
-"""Maximum number of topics of each side whose counts are kept: more than there can be at a time."""
+"""Maximum number of topics per side whose counts are kept: more than can exist at a time."""
 
 
 class Counts:
@@ -32,7 +32,7 @@ class Counts:
             return _flow(self._received, topic)
 
     def sample(self, now: float) -> None:
-        """Record the counts for the rates, if it is time. To be called about once per second.
+        """Record the counts for the rates, if it is time. Call this about once per second.
 
         Args:
             now: the time in seconds.
@@ -56,7 +56,7 @@ class Counts:
 
 
 def _flow(flows: dict[str, Flow], topic: str) -> Flow:
-    """Return the counts of a topic. For a new one, the oldest is forgotten if there are too many."""
+    """Return the counts of a topic. If there are too many, a new topic replaces the oldest."""
     if topic not in flows and len(flows) >= MAX_TOPICS:
         del flows[next(iter(flows))]
     return flows.setdefault(topic, Flow())

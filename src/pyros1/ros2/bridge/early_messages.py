@@ -22,7 +22,7 @@ class EarlyMessages:
         self._lock = threading.Lock()
 
     def put(self, packet: Send) -> None:
-        """Keep a message until its publisher is seen, or until its next message. If there are too many, those that have
+        """Keep a message until its publisher is discovered, or publishes again. If there are too many, those that have
         waited longest are dropped.
         """
         with self._lock:
@@ -33,7 +33,7 @@ class EarlyMessages:
                 self._remove(next(iter(self._packets)))
 
     def pop(self, keys: Collection[str]) -> list[Send]:
-        """Return the messages with these keys, which no longer need to wait."""
+        """Remove and return the messages with these keys."""
         with self._lock:
             found = [packet for key, packet in self._packets.items() if key in keys]
             for packet in found:

@@ -45,7 +45,7 @@ class IncomingMessages:
             session: the id of the publisher's session in zenoh; empty if it is not known.
 
         Raises:
-            Error: it cannot be published.
+            Error: the message cannot be published.
         """
         origin, flow = decode_attachment(attachment), self._counts.to_ros1(key.name)
         taken = plan.takes.get(key.name)
@@ -72,7 +72,7 @@ class IncomingMessages:
         """Discard the latched messages of publishers that are gone, as in ROS 1.
 
         Args:
-            tokens_of: returns the publishers of a topic that are there, by their tokens.
+            tokens_of: returns a topic's current publishers, by their tokens.
             has_changed: whether a publisher came or went since the last call.
         """
         if not has_changed and not self._sources.must_check:
@@ -94,7 +94,7 @@ class IncomingMessages:
                 self._latched.discard(topic)
                 self._withdrawn_at[topic] = now
         for topic, taken in plan.takes.items():
-            # One that is latched no longer stays so, as with a ROS 1 node.
+            # A topic that is no longer latched in ROS 2 stays latched here, as with a ROS 1 node.
             is_new = topic not in self._advertised or (taken.latched and topic not in self._latched)
             if is_new and topic not in self._withdrawn_at:
                 try:

@@ -22,7 +22,7 @@ from pyros1.ros2.zenoh.names import DataKey
 
 _QUEUE_SIZE = 1000
 SubscribedTopics = Mapping[str, Sequence[tuple[DataKey, AnnouncedTopic]]]
-"""ROS 1 topics that somebody in ROS 2 subscribes to, each with the keys to send it with."""
+"""ROS 1 topics that ROS 2 nodes subscribe to, each with the keys to send it with."""
 
 
 class OutgoingMessages:
@@ -57,8 +57,8 @@ class OutgoingMessages:
         header = message._connection_header or {}
         publisher, md5sum = header.get("callerid", ""), header.get("md5sum", "")
         self._graph.check_type(publisher, local, md5sum)
-        # A message from any bridge could be a loop. A bridge publishes the log of ROS 2 over connections of its own
-        # log, which may have begun without the field.
+        # A message from any bridge could cause a loop. A bridge publishes ROS 2's log over the connections of its own
+        # log, which may lack the field; so its name is checked, too.
         if BRIDGE_FIELD in header or publisher in self._graph.bridges:
             return
         flow = self._counts.to_ros2(local)
@@ -80,11 +80,11 @@ class OutgoingMessages:
             flow.count(len(body))
 
     def set_publishers(self, publishers: Collection[str]) -> None:
-        """Record which publishers there are in ROS 2."""
+        """Record which publishers exist in ROS 2."""
         self._publishers = publishers
 
     def send_early(self) -> None:
-        """Send the messages that came before there was a publisher in ROS 2 for them."""
+        """Send the messages that came before their publisher existed in ROS 2."""
         for packet in self._early.pop(self._publishers):
             self._sender.put(packet)
 

@@ -1,5 +1,5 @@
-"""The name of a bridge's node in ROS 2: the same for all bridges of a master, and only for them. They
-recognise each other by it, and ignore each other's messages.
+"""The name of a bridge's node in ROS 2. All bridges of a master have the same name, and no others do, so they recognise
+each other by it, and ignore each other's messages.
 """
 
 from __future__ import annotations

@@ -10,8 +10,8 @@ A file has any of these lists; other parameters are ignored::
     services_2_to_1:
     - {service: /clear, type: std_srvs/Empty}
 
-Its documentation and its code do not agree about which list has the services of which side, so both lists are
-treated alike: each service is called where it is. The types are those that the nodes have, whatever the file says.
+ros1_bridge's documentation and code disagree about which list is for which side's services, so both lists are treated
+alike: each service is called on the side that provides it. The types are the nodes' types, whatever the file says.
 """
 
 from __future__ import annotations
@@ -77,7 +77,7 @@ class _ParameterFile(FileReader):
 
 
 def _check_name(text: str) -> str:
-    """Return a name with a slash before it.
+    """Return a name with a leading slash.
 
     Raises:
         SiteNameError: it is not a name.

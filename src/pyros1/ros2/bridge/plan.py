@@ -1,6 +1,6 @@
 """Plans which topics a bridge to ROS 2 exchanges, given the topics of both sides. No I/O.
 
-Each side sees the topics of the other one, but messages are exchanged only where somebody subscribes. The plan is
+Each side sees the other side's topics, but messages are exchanged only if a node subscribes. The plan is
 recomputed after each change. The runner then starts what is missing, and stops what is not in the plan.
 """
 
@@ -21,13 +21,13 @@ from pyros1.ros2.zenoh.qos import Qos
 from pyros1.ros2.zenoh.tokens import Entity
 
 QUEUE = 10
-"""The depth of the history that our publishers and subscribers announce."""
+"""The history depth that our publishers and subscribers announce."""
 LATCHED_DEPTH = 1
-"""The same for the publishers of a latched topic: there is one for each ROS 1 publisher, with its last message."""
+"""The same for publishers of a latched topic: there is one for each ROS 1 publisher, which keeps its last message."""
 
 
 class Types(Protocol):
-    """What knows the types of both sides, see `pyros1.ros2.pairs.type_pairs.TypePairs`."""
+    """Finds the types of both sides, see `pyros1.ros2.pairs.type_pairs.TypePairs`."""
 
     def for_ros1(self, type: str, md5sum: str, definition: str, hash: str | None = None) -> TypePair:
         """Return the pair of types for a ROS 1 type."""
@@ -45,8 +45,8 @@ class AnnouncedTopic(NamedTuple):
         local: the topic.
         pair: its type on both sides.
         qos: how it is published.
-        is_subscribed: whether somebody in ROS 2 subscribes.
-        priority: that of its messages.
+        is_subscribed: whether a ROS 2 node subscribes.
+        priority: the priority of its messages.
     """
 
     local: LocalTopic
@@ -56,11 +56,11 @@ class AnnouncedTopic(NamedTuple):
     priority: Priority
 
     def route(self, key: DataKey, publisher: str) -> str:
-        """Return the identifier of the publisher in ROS 2 for a publisher's messages."""
+        """Return the identifier of the ROS 2 publisher that sends a ROS 1 publisher's messages."""
         return f"{data_key(key)} {publisher}" if self.qos.transient_local else data_key(key)
 
     def routes(self, key: DataKey) -> list[str]:
-        """Return all that `route` may return."""
+        """Return all values that `route` may return."""
         return [*dict.fromkeys(self.route(key, publisher) for publisher in self.local.publishers)]
 
 
@@ -69,7 +69,7 @@ class TakenTopic:
     """A ROS 2 topic that ROS 1 sees.
 
     Attributes:
-        pair: its type here.
+        pair: its type on both sides.
         keys: the keys to subscribe to, each with its type on both sides and how to subscribe.
         latched: whether late subscribers get messages that were published before.
         publishers: the names of the nodes that publish it.
@@ -86,9 +86,9 @@ class Plan:
     """What a bridge does.
 
     Attributes:
-        announces: what ROS 2 sees, by key.
-        takes: what ROS 1 sees, by topic.
-        problems: topic -> why it is not exchanged, or not with everybody.
+        announces: the topics that ROS 2 sees, by key.
+        takes: the topics that ROS 1 sees, by name.
+        problems: topic -> why it is not exchanged, or not with every node.
     """
 
     announces: dict[DataKey, AnnouncedTopic] = field(default_factory=dict)
@@ -99,7 +99,7 @@ class Plan:
         """Return the keys of ROS 2 to subscribe to.
 
         Args:
-            subscribed: the topics published here that nodes subscribe to.
+            subscribed: the topics that the bridge publishes in ROS 1 and that nodes there subscribe to.
         """
         return {
             key: qos
@@ -109,20 +109,20 @@ class Plan:
         }
 
     def add_duplicates(self, publishers: Mapping[str, Collection[str]], bridges: Collection[str]) -> None:
-        """Add the topics that other bridges publish in ROS 1, too, to the problems. There are no loops,
-        since no bridge sends what another one publishes; but the same message may arrive twice. The log is left
-        out: each bridge has one of its own.
+        """Report the topics that other bridges publish in ROS 1, too, as problems. This causes no loops, since no
+        bridge forwards what another one publishes, but the same message may arrive twice. The log is left out: each
+        bridge has its own.
 
         Args:
             publishers: the nodes in ROS 1 that publish each topic.
-            bridges: those of them that are other bridges.
+            bridges: the nodes that are other bridges.
         """
         for topic in (self.takes.keys() & publishers.keys()) - {LOG}:
             if topic not in self.problems and (others := sorted({*publishers[topic]} & {*bridges})):
                 self.problems[topic] = f"{others[0]} brings it to ROS 1, too, so its messages may come twice"
 
     def publishers(self) -> dict[str, tuple[DataKey, Qos, Priority]]:
-        """Return the publishers in ROS 2, by what stands for them: the key, how to publish, and the priority."""
+        """Return the publishers in ROS 2, by their identifiers: key, QoS and priority."""
         return {
             route: (key, announced.qos, announced.priority)
             for key, announced in self.announces.items()
@@ -130,7 +130,7 @@ class Plan:
         }
 
     def subscribed_topics(self) -> dict[str, list[tuple[DataKey, AnnouncedTopic]]]:
-        """Return the ROS 1 topics that somebody in ROS 2 subscribes to, each with the keys to send it with."""
+        """Return the ROS 1 topics that ROS 2 nodes subscribe to, each with the keys to send it with."""
         found: dict[str, list[tuple[DataKey, AnnouncedTopic]]] = {}
         for key, announced in self.announces.items():
             if announced.is_subscribed:
@@ -152,7 +152,7 @@ def make_plan(
         domain: the ROS domain.
         rules: what may be exchanged.
         topics: what nodes other than bridges publish in ROS 1.
-        publishers, subscribers: those of ROS 2 by topic, without those of bridges of the same master.
+        publishers, subscribers: ROS 2's publishers and subscribers by topic, without bridges of the same master.
         types: knows the types of both sides.
     """
     plan = Plan()
@@ -217,7 +217,7 @@ def _take(
         offered = publisher.qos
         key = DataKey(domain, name, pair.ros2, publisher.hash)
         before = taken.keys.get(key)
-        # A subscriber whose QoS exceeds the publisher's offer gets no messages.
+        # A subscriber that requests more than the publisher's QoS offers gets no messages.
         reliable = offered.reliable and (before is None or before[1].reliable)
         # Late subscribers in ROS 1 do not expect the log lines from before the bridge started.
         is_latched = offered.transient_local and name != LOG

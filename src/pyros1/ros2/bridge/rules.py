@@ -11,9 +11,9 @@ from pyros1.doctor.bridge_status import STATUS_SERVICE
 from pyros1.ground.errors import Error
 
 LOG = "/rosout"
-"""The topic of the log. ROS 1 sees the log of ROS 2, but ROS 2 sees that of ROS 1 only if a rule names it."""
+"""The topic of the log. ROS 1 sees ROS 2's log, but ROS 2 sees ROS 1's only if a rule names it."""
 NEVER = ("/rosout_agg", "/parameter_events", "/statistics")
-"""Topics that each side has for itself."""
+"""Topics of which each side has its own."""
 NEVER_SERVICES = (
     "get_loggers",
     "set_logger_level",
@@ -31,13 +31,13 @@ NEVER_SERVICES = (
     "get_logger_levels",
     "set_logger_levels",
 )
-"""The last parts of the names of services that each node has for itself."""
+"""The last parts of the names of services that every node provides for itself."""
 _MAX_REMEMBERED = 20_000
 """Maximum number of names whose matches are cached."""
 ACTION_TOPICS = ("goal", "cancel", "status", "feedback", "result")
-"""The last parts of the names of an action's topics in ROS 1."""
+"""The last parts of the names of a ROS 1 action's topics."""
 _ACTION = "/_action/"
-"""What the names of the services of ROS 2's actions contain."""
+"""Part of the name of each service of a ROS 2 action."""
 
 
 _READ = "get_parameters"
@@ -53,8 +53,8 @@ class Ros2Rules:
     Args:
         send: patterns of the ROS 1 topics and services that ROS 2 may see, such as ``/odom`` or ``/camera/**``;
             ``!/secret`` excludes.
-        take: the same for those of ROS 2 that ROS 1 may see. If both are empty, everything is exchanged.
-        reconfigure: patterns of the ROS 2 nodes that are servers of dynamic_reconfigure in ROS 1; each takes two
+        take: the same for ROS 2 topics and services that ROS 1 may see. If both are empty, everything is exchanged.
+        reconfigure: patterns of the ROS 2 nodes presented as dynamic_reconfigure servers in ROS 1; each needs two
             topics and a service there, so there are none by default.
 
     Raises:
@@ -101,7 +101,7 @@ class Ros2Rules:
         return self.reconfigures(node) or self._take.includes(f"{node}/{_READ}")
 
     def explain(self) -> list[str]:
-        """Return lines that say what is exchanged."""
+        """Return lines that describe what is exchanged."""
         return [
             f"from ROS 1 to ROS 2: {self._send}",
             f"from ROS 2 to ROS 1: {self._take}",

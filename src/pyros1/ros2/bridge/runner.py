@@ -1,12 +1,12 @@
 """A running bridge to ROS 2: a ROS 1 node, a session that is a ROS 2 node, and the plan between them.
 
-A lock guards the graph of ROS 2 and the plan; nothing waits while it is held. These are the threads:
+A lock guards the ROS 2 graph and the plan; no thread waits while it holds the lock. The threads are:
 
 - the node's threads convert messages and hand them to the sender (`outgoing`);
-- the worker handles tokens from ROS 2, and messages, which it publishes (`incoming`);
-- the master thread asks the master, and carries out the plan, all of which may block;
+- the worker handles tokens from ROS 2, and publishes ROS 2's messages (`incoming`);
+- the master thread queries the master and carries out the plan, both of which may block;
 - the sender has two threads, which may wait for the network;
-- calls of services have threads of their own, see `pyros1.ros2.bridge.services`.
+- service calls have their own threads, see `pyros1.ros2.bridge.services`.
 """
 
 from __future__ import annotations
@@ -47,39 +47,39 @@ from pyros1.ros2.zenoh.session import make_zid
 from pyros1.ros2.zenoh.tokens import Entity
 
 POLL_PERIOD = 1.0
-"""Seconds between polls of the master, by default."""
+"""Default number of seconds between polls of the master."""
 ADJUST_PERIOD = 0.2
-"""Seconds between checks of which topics have subscribers on either side."""
+"""Seconds between checks for subscribers on either side."""
 _JOIN_TIME = 3.0
 _PLAN_PERIOD = 5.0
 _PLAN_FACTOR = 100
-"""Seconds after which a plan is recomputed even if nothing has changed: at least, and for each second of CPU time
+"""Seconds after which the plan is recomputed even if nothing has changed: the minimum, and a factor of the CPU time
 that planning took.
 """
 _SHORTEST_PAUSE = 0.02
 _LONGEST_PAUSE = 5.0
 _PAUSE_FACTOR = 4
-"""Seconds without planning: at least, at most, and for each second of CPU time that planning took, since others
-can let things come and go as often as they like.
+"""Seconds between plans: the minimum, the maximum, and a factor of the CPU time that planning took, since other nodes
+may change the graph as often as they like.
 """
 _POLL_FACTOR = 20
-"""Seconds between polls of the master, for each second of CPU time that a poll takes."""
+"""Seconds between polls of the master, per second of CPU time that a poll takes."""
 
 
 class Ros2Bridge:
-    """A running bridge. It ends when its node shuts down, or by `close`.
+    """A running bridge. It ends when its node shuts down, or with `close`.
 
     Args:
         node: the bridge's node in ROS 1; it must run callbacks inline.
-        ros2_name: the name of its node in ROS 2; bridges of the same master have the same one.
+        ros2_name: the name of its node in ROS 2; bridges of the same master share it.
         domain: the ROS domain.
         rules: what it exchanges.
         types: knows the types of both sides.
-        make_session: returns its session, see `pyros1.ros2.bridge.side.MakeSide`.
+        make_session: creates its session, see `pyros1.ros2.bridge.side.MakeSide`.
         call_time: maximum number of seconds for the response of a service.
         poll_period: seconds between requests to the master.
-        find_name: returns the present name of its node in ROS 2, which another master at the same address may change;
-            None if it stays the same.
+        find_name: returns the current name of its node in ROS 2, which changes if another master takes the same
+            address; None if the name stays the same.
 
     Raises:
         LinkError: the session cannot start.
@@ -118,7 +118,7 @@ class Ros2Bridge:
         self._next_poll = self._next_plan = 0.0
         self._planned_from: object = None  # the state of ROS 1 when the plan was made
         self._declared: object = None  # what the session was last asked to declare
-        self._refused: dict[str, str] = {}  # which parts of that it refused, and why
+        self._refused: dict[str, str] = {}  # which of these it refused, and why
         self._problems: dict[str, str] = {}
         self._trouble: dict[str, int] = {}
         self._is_closing = False
@@ -164,7 +164,7 @@ class Ros2Bridge:
     # Messages from ROS 2 ----------------------------------------------------------------------------------------------
 
     def _on_call(self, call: Call) -> None:
-        """Pass on a call; there are none before `declare`. Called on the session's threads."""
+        """Pass on a call; none come before `declare`. Called on the session's threads."""
         if not self._actions.on_call(call):
             self._services.on_call(call)
 
@@ -209,13 +209,13 @@ class Ros2Bridge:
             except Exception as error:  # noqa: BLE001 - the session's, or a mistake of ours: neither may end the bridge
                 if not self._is_closing:
                     self._node.log.internal_error(error)
-            # That there are many new publishers in ROS 1 is no reason to wait.
+            # No pause while many new ROS 1 publishers wait to be looked up.
             took = 0.0 if self._graph.is_behind else time.thread_time() - start
             self._ended.wait(min(_LONGEST_PAUSE, max(_SHORTEST_PAUSE, _PAUSE_FACTOR * took)))
             self._woken.wait(self._poll_period if self._problems else ADJUST_PERIOD)
 
     def _adjust(self) -> None:
-        """Make the plan, and carry out the parts that are not done yet."""
+        """Update the plan if necessary, and carry out what is not done yet."""
         self._counts.sample(steady_now())
         if time.monotonic() >= self._next_poll:
             self._session.look_for_routers()
@@ -223,11 +223,11 @@ class Ros2Bridge:
                 self._node.log.peer_event(WARN if log.is_warning else INFO, "%s", log.text)
             self._poll()
         if self._must_plan():
-            # First, so that no message of a type that ends is published as one of the next type.
+            # First, so that no message of a type that ends is published with the next type.
             start = time.thread_time()
             plan = self._make_plan()
             took = time.thread_time() - start
-            if plan != self._plan:  # otherwise the old object stays, as it is compared with that again and again
+            if plan != self._plan:  # otherwise the old object stays, since comparing identical objects is fast
                 with self._lock:
                     self._plan = plan
                 self._outgoing.topics = plan.subscribed_topics()
@@ -266,13 +266,13 @@ class Ros2Bridge:
         self._next_poll = time.monotonic() + pause
 
     def _rename(self, name: str) -> None:
-        """Rename the node in ROS 2, and declare all again under that name, if the master has been started again."""
+        """If the master was restarted, rename the node in ROS 2, and declare everything again under the new name."""
         if name != self._ros2_name:
             self._planned_from = self._declared = None
-            # Publishers that have registered again send their latched messages again only to a new subscriber.
+            # Publishers that re-register send their latched messages again only to a new subscriber.
             self._outgoing.close()
             self._session.rename(name)
-            self._ros2_name = name  # at last: if this fails, it is tried again
+            self._ros2_name = name  # last: if anything fails, it is tried again
 
     def _must_plan(self) -> bool:
         """Return whether the plan may be out of date."""
@@ -287,12 +287,12 @@ class Ros2Bridge:
         return self._topics, self._services.ros1_state, self._actions.ros1_state
 
     def _declare(self, plan: Plan) -> None:
-        """Tell the session what to declare, unless it has declared that."""
+        """Tell the session what to declare, unless it has done so already."""
         subscribed = self._bridge_publishers.subscribed_topics(self._graph.bridges)
         of_actions = self._actions.publishers(), self._actions.subscribers()
         of_parameters = self._parameters.required_endpoints()
         wanted = plan, self._services.plan, subscribed, of_actions, of_parameters
-        if wanted == self._declared:  # mostly, these are the same objects
+        if wanted == self._declared:  # usually the same objects
             return
         self._declared = None
         is_open = self._session.session is not None

@@ -1,6 +1,6 @@
-"""Plans which services a bridge to ROS 2 exchanges, given those of both sides. No I/O.
+"""Plans which services a bridge to ROS 2 exchanges, given the services of both sides. No I/O.
 
-As for topics, each side sees all services of the other one that the rules allow.
+As with topics, each side sees all services of the other side that the rules allow.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from pyros1.ros2.zenoh.tokens import Entity
 
 
 class ServiceTypes(Protocol):
-    """What knows the types of services of both sides, see `pyros1.ros2.pairs.type_pairs.TypePairs`."""
+    """Finds the service types of both sides, see `pyros1.ros2.pairs.type_pairs.TypePairs`."""
 
     def service_for_ros1(self, type: str, md5sum: str, hash: str | None = None) -> ServicePair:
         """Return the pair of types for a ROS 1 service type."""
@@ -53,12 +53,12 @@ class ProvidedService(NamedTuple):
 
 @dataclass
 class ServicePlan:
-    """The services that a bridge offers, and those that it provides.
+    """The services that a bridge exchanges.
 
     Attributes:
-        offers: those of ROS 1, by their keys in ROS 2.
-        provides: those of ROS 2, by name.
-        problems: service -> why it is not exchanged, or not with everybody.
+        offers: the ROS 1 services, by their keys in ROS 2.
+        provides: the ROS 2 services, by name.
+        problems: service -> why it is not exchanged, or not with every node.
     """
 
     offers: dict[DataKey, OfferedService] = field(default_factory=dict)
@@ -81,9 +81,9 @@ def plan_services(
         domain: the ROS domain.
         rules: what may be exchanged.
         local: the ROS 1 services that nodes other than bridges provide, if their types are known.
-        taken: the services that others than this bridge provide in ROS 1, and their nodes.
-        services: those of ROS 2, without bridges of the same master.
-        offered: the names of those that the bridge offers in ROS 2 already.
+        taken: the services that nodes other than this bridge provide in ROS 1 -> those nodes.
+        services: the ROS 2 services, without bridges of the same master.
+        offered: the names of the services that the bridge already offers in ROS 2.
         types: knows the types of both sides.
     """
     plan = ServicePlan()
@@ -103,8 +103,8 @@ def _offer(
         plan.problems[local.name] = "ROS 2 does not allow such a name"
         return
     if there.servers and not is_offered:
-        # With two, each call would be made twice. But two bridges that both offer one must not give way to each other
-        # again and again.
+        # With two servers, each call would be made twice. But two bridges that offer the same service must not keep
+        # giving way to each other.
         plan.problems[local.name] = _conflict(local.node, there.servers)
         return
     try:

@@ -1,8 +1,8 @@
-"""Both ends of the calls at a bridge to ROS 2: ROS 2 services that are provided in ROS 1, and ROS 1 services that
-are called for clients in ROS 2.
+"""Service calls through a bridge to ROS 2, in both directions: provides ROS 2 services in ROS 1, and calls ROS 1
+services for clients in ROS 2.
 
-Each call of a ROS 1 node waits in a thread of its service; each call of ROS 2 is made in a thread of a pool. Both
-waits end when the bridge closes.
+A call from ROS 1 waits in a thread of the provided service; a call from ROS 2 is made in a pool thread. Both waits end
+when the bridge closes.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ SITE = ROS2_SITE
 CALL_TIME = 60.0
 """Seconds to wait for a service's response, in ROS 1 and in ROS 2."""
 MAX_CALLS = 128
-"""Maximum number of calls from ROS 2 in progress, half of them from one client; more are refused."""
+"""Maximum number of calls from ROS 2 in progress, of which one client may have half; more are refused."""
 _CLOSE_TIME = 1.0
 
 
@@ -98,7 +98,7 @@ class Ros2Services:
         return self._services, self._taken
 
     def poll(self, state: SystemState) -> None:
-        """Ask the providers of services. This waits for them.
+        """Ask service providers for their types. This waits for them.
 
         Args:
             state: the state of the master.
@@ -111,7 +111,7 @@ class Ros2Services:
         """Recompute the plan.
 
         Args:
-            services: those of ROS 2, without bridges of the same master.
+            services: the ROS 2 services, without bridges of the same master.
         """
         offered = {key.name for key in self.plan.offers}
         plan = plan_services(self._domain, self._rules, self._services, self._taken, services, offered, self._types)
@@ -145,7 +145,7 @@ class Ros2Services:
         """Return how often a service was called.
 
         Args:
-            kind: ``served`` for one of ROS 1, ``called`` for one of ROS 2.
+            kind: ``served`` for a ROS 1 service, ``called`` for a ROS 2 service.
             name: its name.
         """
         with self._lock:
@@ -154,10 +154,10 @@ class Ros2Services:
     # Calls from ROS 1 -------------------------------------------------------------------------------------------------
 
     def _provide(self, name: str, provided: ProvidedService) -> ServiceServer:
-        """Provide a ROS 2 service, unless another node has begun to provide it.
+        """Provide a ROS 2 service in ROS 1.
 
         Raises:
-            Error: one has, or the master does not respond.
+            Error: another node has begun to provide it, or the master does not respond.
         """
         if self._graph.service_uri(name) is not None:
             others = [node for node in self._graph.state().services.get(name, ()) if node != self._node.name]
@@ -168,7 +168,7 @@ class Ros2Services:
         return self._node.advertise_service(FullName(name), service_class, partial(self._call_ros2, name, provided))
 
     def _call_ros2(self, name: str, provided: ProvidedService, request: AnyMsg) -> AnyMsg:
-        """Return the response of a ROS 2 service. Called in a thread of the service.
+        """Return the response of a ROS 2 service. Called on a thread of the service.
 
         Raises:
             ServiceRefusal: there is none.
@@ -187,7 +187,7 @@ class Ros2Services:
     # Calls from ROS 2 -------------------------------------------------------------------------------------------------
 
     def on_call(self, call: Call) -> None:
-        """Handle a call, to answer it later. Called on the session's threads."""
+        """Start handling a call, which is answered later. Called on the session's threads."""
         if call.origin is None:
             self._count_failure(call.key.name, "a request without a valid attachment was dropped")
             call.drop()
@@ -196,7 +196,7 @@ class Ros2Services:
             call.fail("the bridge to ROS 1 has too many calls at once")
 
     def _begin(self, call: Call, client: bytes) -> bool:
-        """Return whether a call is answered soon, in a thread of the pool."""
+        """Hand a call to the pool; return whether there was room for it."""
         if not self._shares.begin(client):
             return False
 
@@ -217,7 +217,7 @@ class Ros2Services:
         counts.fail(text.encode("utf-8", "replace"))
 
     def _answer(self, call: Call) -> None:
-        """Call a ROS 1 service for a client in ROS 2. Called in a thread of the pool."""
+        """Call a ROS 1 service for a client in ROS 2. Called on a pool thread."""
         name = call.key.name
         try:
             call.respond(self._call_ros1(call))
@@ -249,7 +249,7 @@ class Ros2Services:
                 response: Any = client.call(AnyMsg(request), self._call_time)
             except ServiceError as error:
                 if error.answer is None:
-                    self._local.check(local.name)  # perhaps it has another provider or type now
+                    self._local.check(local.name)  # its provider or type may have changed
                 raise
             finally:
                 self._clients.discard(client)

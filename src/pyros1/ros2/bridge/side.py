@@ -1,4 +1,4 @@
-"""The interface of a bridge's ROS 2 side, which zenoh's session and rclpy's implement."""
+"""The interface of a bridge's ROS 2 side, implemented by the zenoh and rclpy sessions."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from pyros1.ros2.zenoh.qos import Qos
 
 @runtime_checkable
 class Call(Protocol):
-    """A service call from a client in ROS 2. Its receiver must end it, by one of its methods.
+    """A service call from a client in ROS 2. The receiver must end it with one of its methods.
 
     Attributes:
         key: the key of the service.
@@ -32,7 +32,7 @@ class Call(Protocol):
         ...
 
     def fail(self, text: str) -> None:
-        """Tell ROS 2 why there is no response, if it can be told."""
+        """End the call without a response, and tell ROS 2 why, if possible."""
         ...
 
     def drop(self) -> None:
@@ -44,7 +44,7 @@ class Ros2Side(Link, Protocol):
     """A node in ROS 2, with its publishers, subscribers and services. Its callbacks run on its own threads.
 
     Attributes:
-        way: how it gets to ROS 2: ``zenoh`` or ``rclpy``.
+        way: how it connects to ROS 2: ``zenoh`` or ``rclpy``.
         session: None until something can be declared.
     """
 
@@ -58,11 +58,11 @@ class Ros2Side(Link, Protocol):
         services: Iterable[DataKey] = (),
         clients: Iterable[DataKey] = (),
     ) -> dict[str, str]:
-        """Have exactly these declarations from now on; nothing happens before there is a connection.
+        """Make exactly these declarations; does nothing before there is a connection.
 
         Args:
-            publishers: the publishers, by what their packets have as their keys: each with its key in ROS 2, QoS, and
-                the priority of its messages, which has a meaning only in zenoh.
+            publishers: the publishers, by the keys of their packets: each with its key in ROS 2, its QoS, and the
+                priority of its messages, which only zenoh uses.
             subscribers: the keys to subscribe to, each with QoS.
             services: the keys of services to offer.
             clients: the keys of services to call.
@@ -76,7 +76,7 @@ class Ros2Side(Link, Protocol):
         ...
 
     def rename(self, node: str) -> None:
-        """Give its node another name. All that is declared ends; `declare` declares it again.
+        """Rename its node. This undeclares everything; `declare` declares it again.
 
         Raises:
             DeclarationError: rclpy does not do it in time, or fails.
@@ -109,11 +109,11 @@ class Ros2Side(Link, Protocol):
             key: the key of the service.
             request: the encoded request.
             timeout: maximum number of seconds until there is a response.
-            done: called once with the encoded response, or with why there is none, on any thread; it must return at
-                once. This also happens if the session closes.
+            done: called once, on any thread, with the encoded response, or with the reason why there is none, also if
+                the session closes. It must return at once.
 
         Raises:
-            ServiceRefusal: the call cannot be made; `done` is not called then.
+            ServiceRefusal: the call cannot be made; then `done` is not called.
         """
         ...
 

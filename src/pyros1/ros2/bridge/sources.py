@@ -1,8 +1,8 @@
 """The ROS 2 publishers whose last messages a bridge keeps latched in ROS 1, until they are gone. No I/O.
 
-A message names its publisher by a GID. That of another bridge is made from its token, so it is clear whose it is.
-rmw_zenoh makes it in another way, but zenoh says from which session a message of a latched publisher is. So there, a
-message is kept as long as any latched publisher of that session is there, usually that of one program.
+A message names its publisher by a GID. Another bridge derives its GIDs from tokens, so their publishers are known.
+rmw_zenoh derives them differently, but zenoh tells which session a latched publisher's message is from. Such a message
+is kept as long as that session, which is usually one program, has any latched publisher of the topic.
 """
 
 from __future__ import annotations
@@ -17,18 +17,18 @@ from pyros1.ros2.bridge.services import SITE
 from pyros1.ros2.zenoh.tokens import Entity, gid
 
 MAX_SOURCES = 1000
-"""Maximum number of latched ROS 2 publishers that are distinguished, and topics that are not latched."""
+"""Maximum number of latched ROS 2 publishers that are distinguished, plus topics that are not latched."""
 GRACE = 2.0
-"""Seconds for which a message is kept at least, since it may come before its publisher's token, or after the end."""
+"""Minimum seconds for which a message is kept, since it may come before its publisher's token or after its removal."""
 Tokens = Mapping[str, Entity]
-"""The publishers of a topic that are there, by their tokens."""
+"""The current publishers of a topic, by their tokens."""
 
 
 class _Publisher:
     def __init__(self, source: Source, session: str) -> None:
         self.source = source
         self.session = session
-        self.was_found = False  # whether its token was there
+        self.was_found = False  # whether its token was ever seen
         self.at = 0.0
 
 
@@ -52,8 +52,8 @@ class Ros2Publishers:
         self._numbers = count(1)
 
     def get(self, topic: str, gid: bytes, session: str, now: float) -> tuple[Source, GoneSource | None]:
-        """Return the key of a publisher, and which one is dropped for it, if there are too many: the one that has been
-        silent for the longest time.
+        """Return the key of a publisher. If there are too many, also return the one dropped to make room: the one that
+        has been silent for the longest time.
 
         Args:
             topic: its topic.
@@ -76,7 +76,7 @@ class Ros2Publishers:
         """Forget the publishers that are gone, and yield them.
 
         Args:
-            tokens_of: returns the publishers of a topic that are there.
+            tokens_of: returns a topic's current publishers.
             now: the time in seconds.
         """
         topics = {topic for topic, own_gid in self._publishers if own_gid}

@@ -40,19 +40,19 @@ def status_json(
     """Return the status as JSON.
 
     Args:
-        way: how the bridge gets to ROS 2, see `pyros1.ros2.bridge.side.Ros2Side`.
+        way: how the bridge connects to ROS 2, see `pyros1.ros2.bridge.side.Ros2Side`.
         domain: the ROS domain.
         plan: what the bridge does.
         nodes: the full names of the nodes in ROS 2.
-        subscribed: the ROS 2 topics to which nodes here subscribe.
+        subscribed: the ROS 2 topics that ROS 1 nodes subscribe to.
         link_problem: why there is no connection; empty if there is one.
         sender: the queue of messages to send.
         problems: topic or service -> why it is not exchanged.
-        counts: what was exchanged.
+        counts: the counts and rates of messages.
         services: the services of both sides.
         actions: the actions of both sides.
         trouble: what went wrong, and how often.
-        dropped: how much was dropped because it came too fast.
+        dropped: how many messages were dropped because they came too fast.
     """
     entries: list[tuple[bool, dict[str, Any]]] = [(True, each) for each in _received(plan, subscribed, counts)]
     entries += [(False, each) for each in _called(services)]
@@ -137,7 +137,7 @@ def _called(services: Ros2Services) -> Iterator[dict[str, Any]]:
 
 
 def _size(entry: tuple[bool, dict[str, Any]]) -> int:
-    """Return the size of an entry in bytes, about."""
+    """Return the approximate size of an entry in bytes."""
     return 300 + len(str(entry))
 
 

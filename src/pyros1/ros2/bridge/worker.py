@@ -19,11 +19,11 @@ class Worker:
     """A thread and its queue.
 
     Args:
-        on_token: called with the key of a ROS 2 entity, and whether it is there or gone.
+        on_token: called with the key of a ROS 2 entity, and whether it exists or is gone.
         on_message: called with a message: its key, the encoded message, its attachment, and its publisher's session.
         poll: called periodically, with whether a publisher came or went since the last call.
-        on_error: called with what was raised as an `Error` by one of them.
-        on_mistake: called with whatever else was raised.
+        on_error: called with each `Error` that one of these raises.
+        on_mistake: called with any other exception that one of these raises.
     """
 
     def __init__(
@@ -62,7 +62,7 @@ class Worker:
             self._arrived.notify()
 
     def put_message(self, key: DataKey, body: bytes, attachment: bytes, session: str = "") -> None:
-        """Handle a message. Called on any thread."""
+        """Queue a message. Called on any thread."""
         with self._arrived:
             self._arrivals.put_message(key, body, attachment, session)
             self._arrived.notify()

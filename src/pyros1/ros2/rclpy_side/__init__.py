@@ -1,1 +1,1 @@
-"""ROS 2 through rclpy, where that is installed: with whatever middleware it uses. Only `rclpy_modules` imports it."""
+"""ROS 2 through rclpy, if it is installed, with any middleware. Only `rclpy_modules` imports rclpy."""

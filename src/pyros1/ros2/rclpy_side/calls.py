@@ -1,4 +1,4 @@
-"""A call of a service that a client in ROS 2 has made through rclpy."""
+"""A service call from a ROS 2 client, received through rclpy."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from pyros1.ros2.zenoh.names import DataKey
 
 
 class NoResponse(Exception):
-    """A call gets no response. A callback raises it, since that is the only way to tell rclpy to send nothing."""
+    """A call gets no response. Raised by a callback, since that is the only way to make rclpy send nothing."""
 
 
 class RclpyCall:
@@ -22,7 +22,7 @@ class RclpyCall:
 
     Attributes:
         key, body: as above.
-        origin: says that the call is valid; rclpy does not tell who calls.
+        origin: a placeholder that marks the call as valid; rclpy does not tell who calls.
     """
 
     def __init__(self, key: DataKey, body: bytes, end: Callable[[bytes | None], object]) -> None:
@@ -36,7 +36,7 @@ class RclpyCall:
         self._end(body)
 
     def fail(self, text: str) -> None:
-        """End the call without a response: ROS 2 has no errors of services."""
+        """End the call without a response: ROS 2 services cannot return errors."""
         self._end(None)
 
     def drop(self) -> None:

@@ -1,6 +1,6 @@
 """Recognises messages that come back from our own publishers: unlike zenoh, rclpy cannot filter them out.
 
-Newer versions of rclpy (since Kilted) say which publisher a message is of. With older ones, a message counts
+Newer versions of rclpy (since Kilted) tell which publisher sent a message. With older ones, a message counts
 as our own if it has the same bytes as one that was just sent.
 """
 
@@ -13,7 +13,7 @@ from hashlib import blake2b
 
 MAX_GIDS = 10_000
 MAX_SENT = 1_000
-"""Maximum number of messages of a topic that are remembered until they come back."""
+"""Maximum number of messages per topic that are remembered until they come back."""
 
 
 class Echoes:
@@ -21,8 +21,8 @@ class Echoes:
 
     Args:
         look_up: returns the identifiers of a topic's publishers, and whether each belongs to this bridge.
-        tells_publishers: whether this version of rclpy names a message's publisher. Some middlewares still do not,
-            which is noticed at the first message.
+        tells_publishers: whether this version of rclpy names a message's publisher. Some middleware still does not,
+            which the first message shows.
     """
 
     def __init__(self, look_up: Callable[[str], Mapping[bytes, bool]], tells_publishers: bool) -> None:
@@ -36,7 +36,7 @@ class Echoes:
         """Look for own messages on exactly these topics from now on.
 
         Args:
-            topics: those with own publishers as well as own subscribers.
+            topics: the topics that we both publish and subscribe to.
         """
         with self._lock:
             self._sent = {topic: self._sent.get(topic, OrderedDict()) for topic in topics}

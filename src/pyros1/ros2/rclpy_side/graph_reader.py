@@ -1,5 +1,5 @@
-"""Reads the ROS 2 graph from rclpy, and represents it as the tokens that rmw_zenoh's nodes announce, so a bridge need
-not know where it comes from. Does not import rclpy: its node is passed.
+"""Reads the ROS 2 graph from rclpy, and represents it as the tokens that rmw_zenoh's nodes announce, so that a bridge
+need not know the difference. Does not import rclpy: its node is passed.
 
 rclpy has no public notification of changes, so the graph is polled.
 """
@@ -20,20 +20,20 @@ from pyros1.ros2.zenoh.tokens import Entity, Kind, encode_token
 IGNORED_TOPICS = ("/parameter_events",)
 """Topics that nearly all nodes have, and that are never bridged; `/rosout` is."""
 GID_SIZE = 16
-"""Bytes of the identifier of an endpoint that count: some versions of rclpy add zeros."""
+"""Number of significant bytes in an endpoint's identifier: some versions of rclpy add zeros."""
 _PREFIX_SIZE = 12
-"""Bytes of it that a participant of DDS, so a process, has in common. With another middleware, they are any bytes."""
+"""Number of its bytes shared by a DDS participant, i.e. a process. With other middleware, they mean nothing."""
 
 
 class GraphReader:
     """Reads the graph of ROS 2.
 
     Args:
-        node: the bridge's node; what it has itself is left out.
+        node: the bridge's node; it and its endpoints are left out.
         domain: the ROS domain.
-        own_name: the name of the node; others with this name are shown, but not what they have.
-        hash_of: returns the hash of a type that is installed, or raises an `Error`. It is used where ROS 2 does not
-            tell the hash: for services, and for nodes of Humble.
+        own_name: the name of the node; other nodes with this name are included, but not their endpoints.
+        hash_of: returns the hash of an installed type, or raises an `Error`. Used where ROS 2 does not tell the hash:
+            for services, and for Humble nodes.
     """
 
     def __init__(self, node: Any, domain: int, own_name: str, hash_of: Callable[[str], str]) -> None:
@@ -51,14 +51,14 @@ class GraphReader:
         """Return the tokens of all entities with legal names, at most `MAX_ENTITIES`."""
         tokens: set[str] = set()
         for entity in self._entities():
-            with suppress(Error):  # a name that no ROS 2 node could have
+            with suppress(Error):  # an illegal name
                 tokens.add(encode_token(entity))
             if len(tokens) >= MAX_ENTITIES:
                 break
         return tokens
 
     def own_gids(self, topic: str) -> dict[bytes, bool]:
-        """Return the identifiers of the publishers of a topic, and which of them are those of nodes with this name."""
+        """Return the identifiers of a topic's publishers, and whether each belongs to a node with our name."""
         return {_gid(each): self._is_own(each.node_name) for each in self._node.get_publishers_info_by_topic(topic)}
 
     def latched_publishers(self, topic: str) -> int:
@@ -76,7 +76,7 @@ class GraphReader:
             if not self._is_own(name):
                 yield node
                 yield from self._services(node, name, namespace)
-            elif not is_first:  # otherwise, it is ours
+            elif not is_first:  # the first one is ours
                 yield node
             is_first = is_first and not self._is_own(name)
         for topic, _ in self._node.get_topic_names_and_types():
@@ -91,7 +91,7 @@ class GraphReader:
         ):
             try:
                 found = ask(name, namespace)
-            except Exception:  # noqa: BLE001 - it has ended; where rclpy has this exception depends on its version
+            except Exception:  # noqa: BLE001 - the node has ended; which module has the exception depends on rclpy
                 return
             for service, types in found:
                 for type_name in types:
@@ -119,7 +119,7 @@ class GraphReader:
 
     def _entity(self, kind: Kind, full_name: str, name: str, namespace: str) -> Entity:
         number = _number(full_name.encode())
-        # A program that uses DDS without ROS has no node, and rclpy says so in the place of its names.
+        # For a program that uses DDS without ROS, which has no node, rclpy gives placeholders instead of names.
         return Entity(
             self._domain,
             _zid(full_name.encode()),
@@ -134,11 +134,11 @@ class GraphReader:
         try:
             return self._hash_of(name)
         except Error:
-            return HUMBLE_HASH  # the type is unknown; the plan contains the reason
+            return HUMBLE_HASH  # the type is unknown; the plan says why
 
 
 def process_id(gid: bytes) -> str:
-    """Return what stands for the process of an endpoint, as the id of its session in tokens."""
+    """Return an id for an endpoint's process, used in tokens as its session id."""
     return _zid(gid[:_PREFIX_SIZE])
 
 

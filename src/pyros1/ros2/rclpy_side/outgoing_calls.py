@@ -1,4 +1,4 @@
-"""Calls of services in ROS 2 through rclpy, blocking and non-blocking."""
+"""Calls ROS 2 services through rclpy, blocking and non-blocking."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from pyros1.ground.terminal_text import one_line
 from pyros1.ros2.rclpy_side.rclpy_modules import RclpyModules
 
 READY_TIME = 5.0
-"""Seconds to wait until a service is found: before that, DDS drops requests."""
+"""Seconds to wait until a service is discovered: before that, DDS drops requests."""
 _READY_PERIOD = 0.02
 
 
@@ -21,12 +21,12 @@ class OutgoingCalls:
     """The calls that a bridge makes. May be used in several threads.
 
     Args:
-        rclpy: encodes and decodes.
+        rclpy: encodes and decodes messages.
     """
 
     def __init__(self, rclpy: RclpyModules) -> None:
         self._rclpy = rclpy
-        self._waiting: dict[threading.Event, Any] = {}  # what ends the wait, and the client
+        self._waiting: dict[threading.Event, Any] = {}  # the event that ends the wait -> the client
         self._started: set[_StartedCall] = set()
         self._closing = threading.Event()
 
@@ -89,9 +89,7 @@ class OutgoingCalls:
             call.end(ServiceRefusal("the bridge is shutting down"))
 
     def poll(self) -> None:
-        """Send the calls that waited for their service, and end those that have waited too long. Call this
-        periodically.
-        """
+        """Send calls whose service has appeared, and end those that have waited too long. Call this periodically."""
         for call in [*self._started]:
             call.poll()
             if call.is_done:
@@ -144,7 +142,7 @@ class _StartedCall:
         self._lock = threading.Lock()
 
     def poll(self) -> None:
-        """Send the request if the service is there, and end if it is too late."""
+        """Send the request if the service is ready, and end the call if it has timed out."""
         now, is_new = time.monotonic(), False
         try:
             with self._lock:
@@ -172,7 +170,7 @@ class _StartedCall:
             self.end(response)
 
     def end(self, response: bytes | ServiceRefusal) -> None:
-        """Pass on the response, if none was passed on before."""
+        """Pass on the response, unless one was passed on before."""
         with self._lock:
             if self.is_done:
                 return

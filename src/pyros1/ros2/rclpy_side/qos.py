@@ -1,4 +1,4 @@
-"""Translates QoS profiles from and to rclpy's. Does not import rclpy: its module is passed."""
+"""Converts QoS profiles to and from rclpy's. Does not import rclpy: its module is passed."""
 
 from __future__ import annotations
 
@@ -7,10 +7,10 @@ from typing import Any
 from pyros1.ros2.zenoh.qos import Qos
 
 UNKNOWN_DEPTH = 100
-"""The depth that is assumed of a publisher, since DDS does not tell it. With less, a bridge could miss messages that a
-latched publisher sends to a new subscriber at once.
+"""The depth assumed for a publisher, since DDS does not announce it. With less, a bridge could miss messages when a
+latched publisher sends many to a new subscriber at once.
 """
-# Numbers of rmw; those for "system default", "unknown" and "best available" are read like the usual ones.
+# rmw's numbers; "system default", "unknown" and "best available" are read as the usual values.
 _BEST_EFFORT = 2
 _TRANSIENT_LOCAL = 1
 _KEEP_ALL = 2
@@ -33,7 +33,7 @@ def to_rclpy(qos: Qos, module: Any) -> Any:
 
 
 def from_rclpy(profile: Any) -> Qos:
-    """Return rclpy's profile of a publisher or subscriber of others."""
+    """Return the profile of another node's publisher or subscriber, given rclpy's."""
     return Qos(
         reliable=int(profile.reliability) != _BEST_EFFORT,
         transient_local=int(profile.durability) == _TRANSIENT_LOCAL,

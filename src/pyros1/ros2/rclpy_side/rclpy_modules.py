@@ -1,4 +1,4 @@
-"""The parts of rclpy that a bridge uses, and how its versions differ. Imports rclpy when it is created, not before."""
+"""The parts of rclpy that a bridge uses, and how its versions differ."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Any
 
 
 class RclpyModules:
-    """rclpy's functions and classes. It is imported by name, so that type checks do not need it.
+    """rclpy's functions and classes. Creating an object imports rclpy, by name, so that type checkers do not need it.
 
     Raises:
         ImportError: it cannot be imported.
@@ -15,10 +15,10 @@ class RclpyModules:
     Attributes:
         qos: the module ``rclpy.qos``.
         serialize: encodes a message.
-        deserialize: returns the message of a class that is encoded.
+        deserialize: decodes a message of a given class.
         group: lets callbacks of all subscribers and services run while others wait for responses.
-        tells_info: whether subscribers can be told more than the message.
-        tells_publishers: whether they may be told who has published it, as since Kilted.
+        tells_info: whether subscribers can receive information about a message besides the message.
+        tells_publishers: whether this may include its publisher, as since Kilted.
     """
 
     def __init__(self) -> None:
@@ -39,7 +39,7 @@ class RclpyModules:
     def start(self, node_name: str, domain: int) -> tuple[Any, Any, Any]:
         """Return a context, a node and an executor for it.
 
-        Neither signal handlers nor ROS 2's logging are set up, since a process has only one of each.
+        Sets up neither signal handlers nor ROS 2's logging, since a process has only one of each.
 
         Raises:
             Exception: rclpy's own, of any kind.

@@ -1,4 +1,4 @@
-"""All actions of a bridge to ROS 2: starts and stops them as planned, and runs the thread that handles goals."""
+"""The actions of a bridge to ROS 2: starts and stops them as planned, and runs the thread that handles goals."""
 
 from __future__ import annotations
 
@@ -34,8 +34,8 @@ from pyros1.ros2.zenoh.qos import Qos
 TICK = 0.1
 """Seconds between checks of what is due."""
 LINGER = 5.0
-"""Seconds for which an action is still there in ROS 1 after its server in ROS 2 is gone, so that clients get the last
-statuses, and keep their connections if it starts again.
+"""Seconds for which an action stays in ROS 1 after its server in ROS 2 is gone, so that clients get the last
+statuses, and keep their connections if the server starts again.
 """
 _CLOSE_TIME = 1.0
 
@@ -50,12 +50,12 @@ class Ros2Actions:
         types: knows the types of both sides.
         send: sends a message to ROS 2.
         start_call: calls a ROS 2 service.
-        call_time: maximum number of seconds for the response to a goal, or to a request to cancel.
+        call_time: maximum number of seconds for the response to a goal, or to a cancel request.
         warn: logs a text with an error.
         on_error: called with an exception that a bug in pyros1 raised.
 
     Attributes:
-        plan: what is to be done.
+        plan: the actions to exchange.
     """
 
     def __init__(
@@ -113,18 +113,18 @@ class Ros2Actions:
         }
 
     def make_plan(self, services: Mapping[str, Service], topics: Mapping[str, Topic]) -> None:
-        """Recompute the plan, given the state of ROS 2, without bridges of the same master."""
+        """Recompute the plan from the state of ROS 2, which excludes bridges of the same master."""
         offered = {name: each.plan.pair for name, each in self._offered.items()}
         self.plan = plan_actions(
             self._domain, self._rules, self._local, self._taken, services, topics, offered, self._types
         )
 
     def includes(self, topic: str) -> bool:
-        """Return whether a topic of either side belongs to an action, and is not exchanged as a topic."""
+        """Return whether a topic on either side belongs to an action, and so is not exchanged as a topic."""
         return HIDDEN in topic or self.plan.has(topic, self._provided)
 
     def adjust(self) -> dict[str, str]:
-        """Start in ROS 1 what is planned, and stop the rest. This waits for the master.
+        """Start the planned actions in ROS 1, and stop the others. This waits for the master.
 
         Returns:
             Action -> why it cannot be exchanged.
@@ -206,7 +206,7 @@ class Ros2Actions:
     # Messages from ROS 2 ----------------------------------------------------------------------------------------------
 
     def on_call(self, call: Call) -> bool:
-        """Handle a call, if it is one of an action, and return whether it is. Called on any thread."""
+        """Handle a call if it belongs to an action, and return whether it does. Called on any thread."""
         if HIDDEN not in call.key.name:
             return False
         action = self._by_key.get(call.key)
@@ -217,7 +217,7 @@ class Ros2Actions:
         return True
 
     def on_message(self, key: DataKey, body: bytes) -> bool:
-        """Handle a message, if it is one of an action, and return whether it is. Called on any thread."""
+        """Handle a message if it belongs to an action, and return whether it does. Called on any thread."""
         action = self._by_key.get(key)
         if isinstance(action, ProvidedAction):
             self._inbox.put(partial(action.on_ros2, key, body), len(body))

@@ -1,7 +1,7 @@
 """The goals that clients in ROS 2 send to an action server in ROS 1. No I/O, no clock.
 
-ROS 2 sends requests and waits for responses; ROS 1 publishes the status of its goals. So a request waits here until ROS
-1 has published enough to answer it.
+ROS 2 clients send requests and wait for responses; ROS 1 servers publish the status of their goals. So a request waits
+here until the server has published enough to answer it.
 """
 
 from __future__ import annotations
@@ -23,24 +23,24 @@ from pyros1.ros2.bridge.actions.ros2_messages import (
 )
 
 ACCEPT_TIME = 5.0
-"""Seconds in which the server must report a goal; otherwise the goal is cancelled, and counts as not accepted."""
+"""Seconds within which the server must report a goal; otherwise it is cancelled, and counts as not accepted."""
 PENDING_TIME = 1.0
 """Seconds after which a goal that the server reports as pending counts as accepted."""
 RESULT_TIME = 5.0
 """Seconds to wait for a result after the status of its goal has become final."""
 REPORT_TIME = 5.0
-"""Seconds for which a goal is still reported after it has ended."""
+"""Seconds for which an ended goal is still reported."""
 KEEP_TIME = 900.0
 """Seconds for which a result is kept."""
 MAX_GOALS = 256
-"""Maximum number of goals that have not ended; more are not accepted."""
+"""Maximum number of active goals; more are not accepted."""
 MAX_RESULTS = 256
 MAX_RESULT_BYTES = 64 << 20
-"""Maximum total size of the results that are kept; at least one is."""
+"""Maximum total size in bytes of the results that are kept; the newest is kept in any case."""
 MAX_WAITING = 8
 """Maximum number of requests that wait for the result of one goal."""
 MAX_OTHERS = 100
-"""Maximum number of goals of other clients that are reported."""
+"""Maximum number of other clients' goals that are reported."""
 
 _ROS2_STATUSES = {
     Status.PENDING: Ros2Status.ACCEPTED,
@@ -65,7 +65,7 @@ class SendGoal(NamedTuple):
 
 
 class SendCancel(NamedTuple):
-    """Publish a request to cancel in ROS 1."""
+    """Publish a cancel request in ROS 1."""
 
     name: str
     stamp: Stamp
@@ -80,7 +80,7 @@ class AnswerGoal(NamedTuple):
 
 
 class AnswerResult(NamedTuple):
-    """Tell a client how a goal has ended; the result is None if there is none, so it gets an empty one."""
+    """Tell a client how a goal has ended; if the result is None, the client gets an empty one."""
 
     call: object
     status: Ros2Status
@@ -125,7 +125,7 @@ class _Goal:
     name: str
     uuid: bytes
     sent_at: float
-    call: object | None  # waits for whether it is accepted
+    call: object | None  # the client's request, until we know whether the goal is accepted
     accepted: bool = False
     is_reported: bool = False
     status: Status = Status.PENDING
@@ -152,7 +152,7 @@ class _Goal:
 class GoalsToRos1:
     """The state of the goals of one action server. Each method returns the actions to perform, in order.
 
-    A goal's name in ROS 1 is its UUID in hexadecimal digits. Goals of ROS 1's own clients are reported to ROS 2, too,
+    A goal's name in ROS 1 is its UUID in hexadecimal digits. Goals from ROS 1 clients are reported to ROS 2, too,
     so that they can be cancelled there: their UUIDs are made from their names.
 
     Times are in seconds, from any clock that does not go back.
@@ -165,7 +165,7 @@ class GoalsToRos1:
         self._is_lost = False
         self._steps: list[Step] = []
 
-    # Requests of ROS 2's clients --------------------------------------------------------------------------------------
+    # Requests from ROS 2 clients --------------------------------------------------------------------------------------
 
     def on_goal(self, call: object, uuid: bytes, goal: bytes, now: float) -> list[Step]:
         """Handle a new goal; the call is answered when the server has accepted it."""
@@ -190,7 +190,7 @@ class GoalsToRos1:
         return []
 
     def on_cancel(self, call: object, info: GoalInfo) -> list[Step]:
-        """Handle a request to cancel: one goal, all that are not later than a time, both, or, with neither, all."""
+        """Handle a cancel request: for one goal, all up to a time, both, or, if it names neither, all goals."""
         active = {each.uuid: GoalInfo(each.uuid, each.stamp) for each in self._goals.values() if each.can_be_cancelled}
         active |= {
             uuid: GoalInfo(uuid, each.stamp) for uuid, each in self._others.items() if not Status(each.status).ended
@@ -219,7 +219,7 @@ class GoalsToRos1:
                 self._apply(goal, status, now)
             elif goal.is_reported and goal.is_active and goal.final_since is None:
                 self._end(goal, Ros2Status.ABORTED, None, now)  # the server has been restarted, and does not know it
-        # Those that were refused have not been accepted by then, and such ones do not count as goals in ROS 2.
+        # Refused goals were never accepted, so they do not count as goals in ROS 2.
         others = {
             uuid: each for uuid, each in reported.items() if uuid not in self._goals and each.status not in _REFUSED
         }
@@ -238,7 +238,7 @@ class GoalsToRos1:
         return self._take_steps(now)
 
     def on_result(self, status: GoalStatus, result: bytes, now: float) -> list[Step]:
-        """Handle the result of a goal, which has ended."""
+        """Handle the result of a goal, which means that it has ended."""
         goal = self._goals.get(_uuid(status.name))
         if goal is not None and goal.is_active:
             self._apply(goal, status, now)
@@ -260,7 +260,7 @@ class GoalsToRos1:
                 if goal.pending_since is not None and now - goal.pending_since >= PENDING_TIME:
                     self._accept(goal)
                 elif goal.pending_since is None and now - goal.sent_at >= ACCEPT_TIME:
-                    self._steps.append(SendCancel(goal.name, NO_STAMP))  # it must not run if it still arrives
+                    self._steps.append(SendCancel(goal.name, NO_STAMP))  # it must not run if it arrives late
                     self._refuse(goal)
             if goal.final_since is not None and now - goal.final_since >= RESULT_TIME:
                 end = _ROS2_STATUSES[goal.status]
@@ -350,7 +350,7 @@ class GoalsToRos1:
 
 
 def _uuid(name: str) -> bytes:
-    """Return the UUID of a goal in ROS 1: the one that its name is, or one that is made from it."""
+    """Return the UUID for a goal in ROS 1: its name if that is a UUID, otherwise a hash of the name."""
     if len(name) == 2 * UUID_SIZE:
         try:
             uuid = bytes.fromhex(name)

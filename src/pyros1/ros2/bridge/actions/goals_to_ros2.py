@@ -1,7 +1,7 @@
 """The goals that clients in ROS 1 send to an action server in ROS 2. No I/O, no clock.
 
-ROS 1's clients publish goals and requests to cancel, and expect the status of all goals several times per second, as an
-ROS 1 action server publishes it; ROS 2's server is called.
+ROS 1 clients publish goals and cancel requests, and expect the status of all goals several times per second, as from a
+ROS 1 action server; the ROS 2 server is called through services.
 """
 
 from __future__ import annotations
@@ -15,21 +15,21 @@ from pyros1.ros2.bridge.actions.ros1_messages import NO_STAMP, GoalStatus, Stamp
 from pyros1.ros2.bridge.actions.ros2_messages import GoalInfo, ReportedGoal, Ros2Status
 
 KEEP_TIME = 5.0
-"""Seconds for which the status of a goal is published after it has ended, as ROS 1 action servers do."""
+"""Seconds for which the status of an ended goal is still published, as by ROS 1 action servers."""
 STATUS_PERIOD = 0.2
-"""Seconds between statuses, as with ROS 1 action servers; one is also published after each change."""
+"""Seconds between status messages, as with ROS 1 action servers; one is also published after each change."""
 RESULT_TIME = 10.0
 """Seconds to wait for the result after the status of its goal has become final."""
 RETRY_TIME = 1.0
-"""Seconds after which a request for a result that was not answered is repeated."""
+"""Seconds after which an unanswered request for a result is repeated."""
 MAX_RETRIES = 5
 LONG_TIME = 30.0
-"""Seconds after which such a request counts as one that waited, and not as one that failed."""
+"""A request for a result that ends unanswered after this many seconds counts as having waited, not as failed."""
 MAX_GOALS = 256
-"""Maximum number of goals that have not ended, and of requests for results that are not answered; more are rejected."""
+"""Maximum number of active goals, and of unanswered requests for results; further goals are rejected."""
 MAX_ENDED = 1000
 MAX_EARLY = 100
-"""Maximum number of goals that are cancelled before they come."""
+"""Maximum number of goals remembered as cancelled before they arrived."""
 
 _STATUSES = {
     Ros2Status.ACCEPTED: Status.PENDING,
@@ -64,7 +64,7 @@ class CallCancel(NamedTuple):
 
 
 class PublishResult(NamedTuple):
-    """Publish a result in ROS 1, an empty one for None."""
+    """Publish a result in ROS 1; an empty one if it is None."""
 
     status: GoalStatus
     result: bytes | None
@@ -94,7 +94,7 @@ class _Goal:
     status: Status = Status.PENDING
     text: str = ""
     is_accepted: bool = False
-    is_cancelled: bool = False  # whether a client has asked for that before it was accepted
+    is_cancelled: bool = False  # whether a client asked to cancel it before it was accepted
     final: Status | None = None  # what the server reports, until the result comes
     final_since: float = 0.0
     asked_at: float = 0.0
@@ -109,9 +109,9 @@ class _Goal:
 class GoalsToRos2:
     """The state of the goals of one action server. Each method returns the actions to perform, in order.
 
-    Goals of ROS 2's own clients are reported to ROS 1, too; their names are their UUIDs in hexadecimal digits.
+    Goals from ROS 2 clients are reported to ROS 1, too; their names are their UUIDs in hexadecimal digits.
 
-    Times are in seconds, from any clock that does not go back; stamps are those of ROS.
+    Times are in seconds, from any clock that does not go back; stamps are ROS times.
 
     Args:
         make_uuid: returns a new random UUID of 16 bytes.
@@ -122,9 +122,9 @@ class GoalsToRos2:
         self._goals: dict[str, _Goal] = {}  # ended goals, in the order in which they ended
         self._by_uuid: dict[bytes, _Goal] = {}
         self._others: dict[str, ReportedGoal] = {}
-        self._early: dict[str, float] = {}  # goals that were cancelled, but are not known, and when that was
+        self._early: dict[str, float] = {}  # unknown goals that were cancelled, and when
         self._last_cancel = NO_STAMP
-        self._asked: set[bytes] = set()  # whose results we have asked for, without an answer yet
+        self._asked: set[bytes] = set()  # goals whose results we have requested but not received
         self._told: tuple[GoalStatus, ...] | None = None
         self._next_status = 0.0
         self._steps: list[Step] = []
@@ -135,9 +135,9 @@ class GoalsToRos2:
         """Handle a goal.
 
         Args:
-            name, stamp: its id; a name is made if it has none, and the stamp is now if that is zero.
+            name, stamp: its id; an empty name is replaced by a new one, and a zero stamp by the current time.
             body: the encoded goal.
-            now, ros_now: the time, and the stamp for it.
+            now, ros_now: the time, and the same as a stamp.
         """
         if name in self._goals or name in self._others:
             return []
@@ -154,7 +154,7 @@ class GoalsToRos2:
         return self._take_steps(now)
 
     def on_cancel(self, name: str, stamp: Stamp, now: float) -> list[Step]:
-        """Handle a request to cancel: one goal, all that are not later than a time, both, or, with neither, all."""
+        """Handle a cancel request: for one goal, all up to a time, both, or, if it names neither, all goals."""
         self._last_cancel = max(self._last_cancel, stamp)
         is_all = not name and stamp == NO_STAMP
         for goal in self._goals.values():
@@ -181,14 +181,14 @@ class GoalsToRos2:
     # Messages from the ROS 2 side -------------------------------------------------------------------------------------
 
     def on_goal_response(self, uuid: bytes, accepted: bool | None, text: str, now: float) -> list[Step]:
-        """Handle whether the server has accepted a goal; None if it did not respond, for the reason in ``text``."""
+        """Handle the response to a goal: whether it was accepted; None if there was none, for the reason ``text``."""
         goal = self._by_uuid.get(uuid)
         if goal is None or goal.ended_at is not None:
-            return [CallCancel(uuid)] if accepted else []  # its client has been told that it has ended
+            return [CallCancel(uuid)] if accepted else []  # its client already knows that it has ended
         if goal.is_accepted:
             return []
         if accepted is None:
-            self._steps.append(CallCancel(uuid))  # it must not run if the server got it all the same
+            self._steps.append(CallCancel(uuid))  # it must not run if the server did get it
             self._end(goal, Status.ABORTED, None, text, now)
         elif not accepted:
             self._end(goal, Status.REJECTED, None, text or "the server in ROS 2 has rejected it", now)
@@ -229,7 +229,7 @@ class GoalsToRos2:
         return self._take_steps(now)
 
     def on_cancel_response(self, uuid: bytes, goals: Iterable[GoalInfo], now: float) -> list[Step]:
-        """Record which goals the server is cancelling after it was asked to cancel one."""
+        """Handle the response to a cancel request: the goals that the server is now cancelling."""
         goal = self._by_uuid.get(uuid)
         if goal is not None and goal.ended_at is None and any(each.uuid == uuid for each in goals):
             goal.status = Status.PREEMPTING
@@ -278,7 +278,7 @@ class GoalsToRos2:
         return self._take_steps(now)
 
     def on_lost(self, text: str, now: float) -> list[Step]:
-        """Record that the server is gone, and that requests to it get no answers."""
+        """Record that the server is gone, and will not answer any requests."""
         for goal in [*self._goals.values()]:
             if goal.ended_at is None:
                 self._end(goal, Status.ABORTED, None, text, now)
@@ -304,7 +304,7 @@ class GoalsToRos2:
         del self._goals[goal.name], self._by_uuid[goal.uuid]
 
     def _take_steps(self, now: float) -> list[Step]:
-        """Return what to do, with the status of all goals if that has changed, or is due."""
+        """Return what to do, with the status of all goals if it has changed or is due."""
         statuses = [goal.to_status() for goal in self._goals.values()]
         statuses += [
             GoalStatus(name, each.info.stamp, int(_STATUSES[Ros2Status(each.status)]))

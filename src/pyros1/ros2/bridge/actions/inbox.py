@@ -16,7 +16,7 @@ class Inbox:
     """Tasks in order. May be used in several threads.
 
     Attributes:
-        dropped: how many were refused because too many waited.
+        dropped: number of tasks refused because the queue was full.
     """
 
     def __init__(self, max_tasks: int = MAX_TASKS, max_bytes: int = MAX_BYTES) -> None:
@@ -34,7 +34,7 @@ class Inbox:
         Args:
             task: the task.
             size: how many bytes it holds.
-            is_due: whether to accept it even if the queue is full, since there are never many such tasks.
+            is_due: whether to accept it even if the queue is full; only for tasks of which there are never many.
         """
         with self._changed:
             is_full = len(self._tasks) >= self._max_tasks or self._bytes + size > self._max_bytes

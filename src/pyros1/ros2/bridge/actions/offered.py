@@ -1,4 +1,4 @@
-"""A ROS 1 action that ROS 2 can use: the bridge is a client of its server, and offers the services of an action."""
+"""A ROS 1 action that ROS 2 can use: the bridge is a client of its server, and offers an action's services in ROS 2."""
 
 from __future__ import annotations
 
@@ -34,13 +34,13 @@ Warn = Callable[[str, Error], object]
 
 
 class OfferedAction:
-    """One such action. `plan`, `is_connected` and `close` are for one thread, the rest is done in that of the inbox.
+    """A ROS 1 action offered in ROS 2. One thread uses `plan`, `is_connected` and `close`, the inbox's thread all else.
 
     Args:
         node: the bridge's node; it must run callbacks inline.
         plan: the action.
         send: sends a message to ROS 2.
-        inbox: takes what is to be done.
+        inbox: queues the tasks.
         warn: logs a text with an error.
 
     Raises:
@@ -83,7 +83,7 @@ class OfferedAction:
 
     @property
     def is_connected(self) -> bool:
-        """Whether the server gets what is published, and has published its status."""
+        """Whether the server is connected to our publishers, and has published its status."""
         node = self.plan.local.node
         return self._has_status and all(
             any(link.peer == node for link in each.links) for each in self._publishers.values()
@@ -101,7 +101,7 @@ class OfferedAction:
     # Incoming messages ------------------------------------------------------------------------------------------------
 
     def _on_message(self, md5sum: str, handler: Callable[[bytes], object], message: AnyMsg) -> None:
-        """Handle a message of the server. Called in the node's threads."""
+        """Handle a message from the server. Called on the node's threads."""
         header: Mapping[str, str] = message._connection_header or {}
         if header.get("md5sum") == md5sum and BRIDGE_FIELD not in header:
             self._inbox.put(partial(self._handle, handler, message._buff), len(message._buff))
@@ -124,7 +124,7 @@ class OfferedAction:
         self._do(self._goals.on_result(*ros1_messages.read_result(body), time.monotonic()))
 
     def on_call(self, call: Call) -> None:
-        """Handle a call of a client in ROS 2."""
+        """Handle a call from a client in ROS 2."""
         keys = self.plan.keys
         try:
             if call.key == keys.send_goal:
@@ -144,7 +144,7 @@ class OfferedAction:
         self._do(self._goals.tick(time.monotonic()))
 
     def repeat(self) -> None:
-        """Send the statuses again, since there may have been no publisher for them."""
+        """Send the statuses again, since their publisher may not have existed before."""
         self._send_statuses()
 
     def on_lost(self) -> None:

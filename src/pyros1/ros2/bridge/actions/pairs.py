@@ -1,6 +1,6 @@
 """Pairs ROS 1 and ROS 2 action types, and makes converters for goals, results and feedback.
 
-As for services, the definitions are those of ROS 1: no distribution's definitions of actions are at hand.
+As for services, ROS 1's definitions are used: pyros1 has no ROS 2 distribution's action definitions.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ _PARTS = ("Goal", "Result", "Feedback")
 
 
 class ActionHashes(NamedTuple):
-    """The hashes of the types that an action's services and topics have in ROS 2."""
+    """The type hashes of an action's services and topics in ROS 2."""
 
     send_goal: str
     get_result: str
@@ -63,9 +63,9 @@ class ActionPair(NamedTuple):
         goal, result, feedback: the types of its topics in ROS 1.
         ros2: its name in ROS 2.
         hashes: its hashes there.
-        to_goal, to_result, to_feedback: these convert a UUID and a goal, a status in one byte and a result, and a UUID
-            and feedback; at the side of ROS 1, one follows the other.
-        empty_result: a result without values, as ROS 1 encodes it.
+        to_goal, to_result, to_feedback: convert a UUID and a goal, a one-byte status and a result, and a UUID and
+            feedback; in ROS 1's encoding, the two simply follow each other.
+        empty_result: a result with default values, in ROS 1's encoding.
     """
 
     ros1: str
@@ -85,11 +85,11 @@ class ActionPairs:
 
     Args:
         counterparts: tells the names.
-        all_types: yields the types of the distributions that can have a type with such a hash, or with any for None.
+        all_types: yields the types of each distribution that can have a type with a given hash; None for any hash.
         default: the types of the default distribution, and of packages on this machine.
-        fields: which fields have other names.
+        fields: which fields have different names in ROS 2.
         definitions: finds the classes for ROS 1 definitions.
-        found: remembers.
+        found: caches the pairs.
     """
 
     def __init__(
@@ -113,8 +113,8 @@ class ActionPairs:
 
         Args:
             type: its name, ``package/Type``.
-            topics: the types of the topics ``goal``, ``result`` and ``feedback``, if known; the
-                definitions of the others must be installed.
+            topics: the known types of the topics ``goal``, ``result`` and ``feedback``; the other definitions must be
+                installed.
             hash: the hash of the service ``send_goal`` that ROS 2 expects; None for that of the usual distribution.
 
         Raises:
@@ -133,7 +133,7 @@ class ActionPairs:
             hash: the hash of its service ``send_goal``.
 
         Raises:
-            Error: ROS 1 has no action of this name here, or another one.
+            Error: ROS 1 has no action of this name here, or a different one.
         """
         return self._found.get(
             (type, hash), lambda: self._find(self._counterparts.to_ros1(type), {}, hash), is_limited=True
@@ -167,7 +167,7 @@ class ActionPairs:
         raise UnknownTypeError(f"ROS 2 has another definition of {name} than ROS 1 has here")
 
     def _candidates(self, name: str, type: str, specs: Mapping[str, MessageSpec], hash: str | None) -> Iterator[Types]:
-        """Yield ROS 2 types among which the parts of the action may be the right ones."""
+        """Yield sets of ROS 2 types that may contain the right parts of the action."""
         if f"{name}_Goal" in self._default:
             yield self._default
         derived = self._counterparts.derive_action(type, specs.__getitem__)
@@ -186,7 +186,7 @@ class ActionPairs:
 
 
 def _specs(type: str, texts: Iterable[str]) -> dict[str, MessageSpec]:
-    """Return the types in the full texts of an action's messages, and what stands for ROS 2's messages."""
+    """Return the types in the full texts of an action's messages, and ROS 1 equivalents of ROS 2's action messages."""
     specs = {HEADER_TYPE: parse_message(HEADER_TYPE, "uint32 seq\ntime stamp\nstring frame_id\n"), _UUID: _UUID_SPEC}
     for part, text in zip(_PARTS, texts, strict=True):
         specs |= {

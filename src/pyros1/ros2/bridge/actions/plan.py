@@ -1,7 +1,7 @@
 """Plans which actions a bridge to ROS 2 exchanges, given the current state of both sides. No I/O.
 
-An action whose type is not known here, or whose name both sides have, is a problem; its topics in ROS 1 are then
-exchanged as any others are.
+An action whose type is not known here, or which both sides provide, is reported as a problem; its topics in ROS 1 are
+then exchanged like any others.
 """
 
 from __future__ import annotations
@@ -21,13 +21,13 @@ from pyros1.ros2.zenoh.tokens import Entity
 from pyros1.wire.handshake import TopicType
 
 HIDDEN = "/_action/"
-"""What the names of the services and topics of ROS 2's actions contain."""
+"""Part of the name of each service and topic of a ROS 2 action."""
 _STATUS_ARRAY = "actionlib_msgs/GoalStatusArray"
 _SEND_GOAL = "_SendGoal"
 
 
 class ActionTypes(Protocol):
-    """What knows the types of actions, see `pyros1.ros2.bridge.actions.pairs.ActionPairs`."""
+    """Finds the types of actions on both sides, see `pyros1.ros2.bridge.actions.pairs.ActionPairs`."""
 
     def for_ros1(self, type: str, topics: Mapping[str, TopicType], hash: str | None = None) -> ActionPair:
         """Return the pair of types for a ROS 1 action type."""
@@ -65,7 +65,7 @@ class ActionKeys(NamedTuple):
 
     @property
     def services(self) -> tuple[DataKey, DataKey, DataKey]:
-        """Those of its services."""
+        """The keys of its services."""
         return self[:3]
 
 
@@ -88,12 +88,12 @@ class ProvidedPlan(NamedTuple):
 
 @dataclass
 class ActionPlan:
-    """What a bridge does about actions.
+    """The actions that a bridge exchanges.
 
     Attributes:
-        offers: those of ROS 1, by name.
-        provides: those of ROS 2, by name.
-        problems: action -> why it is not exchanged, or not with everybody.
+        offers: the ROS 1 actions, by name.
+        provides: the ROS 2 actions, by name.
+        problems: action -> why it is not exchanged, or not with every node.
     """
 
     offers: dict[str, OfferedPlan] = field(default_factory=dict)
@@ -153,9 +153,9 @@ def plan_actions(
         domain: the ROS domain.
         rules: what may be exchanged.
         local: the ROS 1 actions.
-        taken: the actions for which others than this bridge publish a status in ROS 1, and their nodes.
-        services, topics: those of ROS 2, without bridges of the same master.
-        offered: the actions that are offered already, and their types.
+        taken: the actions whose status a node other than this bridge publishes in ROS 1 -> that node.
+        services, topics: ROS 2's services and topics, without bridges of the same master.
+        offered: the actions already offered, and their types.
         types: knows the types of both sides.
     """
     plan = ActionPlan()
@@ -197,7 +197,7 @@ def _offer(
         plan.problems[local.name] = "ROS 2 does not allow such a name"
         return
     if there.servers and offered is None:
-        # As for services: two bridges that both offer one must not give way to each other again and again.
+        # As for services: two bridges that offer the same action must not keep giving way to each other.
         plan.problems[local.name] = _conflict(local.node, there.servers[0])
         return
     try:
@@ -246,7 +246,7 @@ def _provide(
         )
         own = [each for each in ends if each.full_node_name == server.full_node_name]
         if not own:
-            return  # its server is about to start or to end
+            return  # the server is just starting or stopping
         if all((each.type, each.hash) != (key.type, key.hash) for each in own):
             plan.problems[name] = f"{key.name} of {server.full_node_name} has another type than {key.type} here"
             return

@@ -1,4 +1,4 @@
-"""A ROS 2 action that ROS 1 can use: the bridge calls its server, and has the topics of an action server."""
+"""A ROS 2 action that ROS 1 can use: the bridge calls its server, and provides an action server's topics in ROS 1."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from pyros1.ros2.zenoh.names import DataKey
 from pyros1.ros2.zenoh.qos import Qos
 
 RESULT_CALL_TIME = 3600.0
-"""Seconds to wait for a result before it is requested again, since a goal may take any time."""
+"""Seconds to wait for a result before requesting it again, since a goal may take any time."""
 _QUEUE_SIZE = 1000
 _GONE = "the action server in ROS 2 is gone"
 Reply = bytes | ServiceRefusal
@@ -36,14 +36,14 @@ StartCall = Callable[[DataKey, bytes, float, Callable[[Reply], object]], object]
 
 
 class ProvidedAction:
-    """A ROS 2 action that is provided in ROS 1. One thread uses `plan` and `close`, the inbox's thread all else.
+    """A ROS 2 action provided in ROS 1. One thread uses `plan` and `close`, the inbox's thread all else.
 
     Args:
         node: the bridge's node; it must run callbacks inline.
         plan: the action.
         start_call: calls a ROS 2 service.
-        call_time: maximum number of seconds for the server to respond to a goal, and to a request to cancel.
-        inbox: takes what is to be done.
+        call_time: maximum number of seconds for the server to respond to a goal, or to a cancel request.
+        inbox: queues the tasks.
         warn: logs a text with an error.
 
     Raises:
@@ -100,7 +100,7 @@ class ProvidedAction:
     # Messages from ROS 1 ----------------------------------------------------------------------------------------------
 
     def _on_ros1(self, md5sum: str, handler: Callable[[bytes], object], message: AnyMsg) -> None:
-        """Handle a message of a client. Called in the node's threads."""
+        """Handle a message from a client. Called on the node's threads."""
         if (message._connection_header or {}).get("md5sum") == md5sum:
             self._inbox.put(partial(self._handle, handler, message._buff), len(message._buff))
 
@@ -123,7 +123,7 @@ class ProvidedAction:
     # Messages from ROS 2 ----------------------------------------------------------------------------------------------
 
     def on_ros2(self, key: DataKey, body: bytes) -> None:
-        """Handle feedback or statuses of the server."""
+        """Handle feedback or statuses from the server."""
         self._handle(self._on_feedback if key == self.plan.keys.feedback else self._on_statuses, body)
 
     def _on_feedback(self, body: bytes) -> None:
@@ -171,7 +171,7 @@ class ProvidedAction:
         self._do(self._goals.on_lost(_GONE, time.monotonic()))
 
     def on_found(self) -> None:
-        """Take goals again, since the server is back."""
+        """Accept goals again, since the server is back."""
         self._is_gone = False
 
     def end(self) -> None:

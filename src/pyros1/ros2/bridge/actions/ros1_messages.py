@@ -1,5 +1,5 @@
-"""Reads and writes the messages of ROS 1's action topics, the parts that are the same for all actions. The goals,
-results and feedback in them stay encoded. No I/O.
+"""Reads and writes the parts of ROS 1's action messages that are the same for all actions. The goals, results and
+feedback in them stay encoded. No I/O.
 """
 
 from __future__ import annotations
@@ -82,26 +82,26 @@ class _Reader:
 
 
 def read_goal(body: bytes) -> tuple[str, Stamp, bytes]:
-    """Return the id of a goal, its stamp, and the encoded goal; all functions raise MessageError for what is wrong."""
+    """Return a goal's id and stamp, and the encoded goal; all functions raise MessageError for invalid messages."""
     reader = _Reader(body)
     reader.header()
     return *reader.goal_id(), reader.rest()
 
 
 def read_cancel(body: bytes) -> tuple[str, Stamp]:
-    """Return id and stamp of a request to cancel goals."""
+    """Return the id and stamp in a cancel request."""
     return _Reader(body).goal_id()
 
 
 def read_result(body: bytes) -> tuple[GoalStatus, bytes]:
-    """Return the status and the encoded result in the message of a result, or those of feedback."""
+    """Return the status and the encoded result (or feedback) in a result (or feedback) message."""
     reader = _Reader(body)
     reader.header()
     return reader.status(), reader.rest()
 
 
 def read_statuses(body: bytes) -> list[GoalStatus]:
-    """Return what an array of statuses contains."""
+    """Return the statuses in an array."""
     reader = _Reader(body)
     reader.header()
     (length,) = reader.unpack(_LENGTH)
@@ -111,13 +111,13 @@ def read_statuses(body: bytes) -> list[GoalStatus]:
 
 
 def write_goal(stamp: Stamp, name: str, goal: bytes) -> bytes:
-    """Return the message of a goal; the arguments are as for the functions that read."""
-    # The goal's own stamp is zero, so the server sets it, by its own clock, which may be simulated.
+    """Return the message of a goal, given what `read_goal` returns."""
+    # The goal id's stamp is zero, so the server sets it from its own clock, which may be simulated.
     return _header(stamp) + _TIME.pack(0, 0) + _text(name) + goal
 
 
 def write_cancel(name: str, stamp: Stamp) -> bytes:
-    """Return a request to cancel goals."""
+    """Return a cancel request."""
     return _TIME.pack(*stamp) + _text(name)
 
 

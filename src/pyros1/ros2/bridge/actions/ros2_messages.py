@@ -1,4 +1,4 @@
-"""Reads and writes the messages of ROS 2's actions that are the same for all actions, as CDR. No I/O."""
+"""Reads and writes, as CDR, the messages that are the same for all ROS 2 actions. No I/O."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from pyros1.ros2.bridge.actions.ros1_messages import NO_STAMP, Stamp
 
 UUID_SIZE = 16
 NO_UUID = bytes(UUID_SIZE)
-"""In a request to cancel: any goal."""
+"""In a cancel request: any goal."""
 MAX_STATUSES = 1000
 _HEAD = b"\0\1\0\0"
 _ORDERS = {b"\0\0": ">", b"\0\1": "<"}
@@ -38,7 +38,7 @@ class Ros2Status(IntEnum):
 
 
 class CancelCode(IntEnum):
-    """A server's response to a request to cancel: the values of action_msgs/srv/CancelGoal."""
+    """A server's response to a cancel request: the values of action_msgs/srv/CancelGoal."""
 
     NONE = 0
     REJECTED = 1
@@ -86,13 +86,13 @@ class _Reader:
 
 
 def read_uuid(data: bytes) -> bytes:
-    """Return the UUID in a request for a result; all functions raise MessageError for what is not valid."""
+    """Return the UUID in a request for a result; all functions raise MessageError if the message is invalid."""
     (uuid,) = _Reader(data).unpack("16s")
     return bytes(uuid)
 
 
 def read_cancel(data: bytes) -> GoalInfo:
-    """Return what a request to cancel is about."""
+    """Return the goal and stamp in a cancel request."""
     return _Reader(data).info()
 
 
@@ -112,7 +112,7 @@ def read_cancel_response(data: bytes) -> tuple[int, list[GoalInfo]]:
 
 
 def read_statuses(data: bytes) -> list[ReportedGoal]:
-    """Return what an array of statuses contains."""
+    """Return the statuses in an array."""
     reader = _Reader(data)
     return [ReportedGoal(reader.info(), reader.unpack("b")[0]) for _ in range(_length(reader))]
 
@@ -130,7 +130,7 @@ def write_uuid(uuid: bytes) -> bytes:
 
 
 def write_cancel(info: GoalInfo) -> bytes:
-    """Return a request to cancel."""
+    """Return a cancel request."""
     return _HEAD + _info(info)
 
 
@@ -140,7 +140,7 @@ def write_goal_response(accepted: bool, stamp: Stamp) -> bytes:
 
 
 def write_cancel_response(code: int, goals: Sequence[GoalInfo]) -> bytes:
-    """Return the response to a request to cancel."""
+    """Return the response to a cancel request."""
     return _HEAD + struct.pack("<b3xI", code, len(goals)) + b"".join(map(_info, goals))
 
 

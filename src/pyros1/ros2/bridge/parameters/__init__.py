@@ -1,1 +1,1 @@
-"""Parameters of ROS 2 nodes: for tools of dynamic_reconfigure, and for `pyros1 bridge param ros2:`."""
+"""Parameters of ROS 2 nodes: for dynamic_reconfigure's tools, and for `pyros1 bridge param ros2:`."""

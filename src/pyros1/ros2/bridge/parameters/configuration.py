@@ -16,9 +16,9 @@ from pyros1.reconfigure.values import INT_RANGE, TYPE_CONVERTERS
 from pyros1.ros2.bridge.parameters.messages import Descriptor, Value
 
 MAX_STRING = 10_000
-"""Maximum length in characters of the value of a string."""
+"""Maximum length of a string value in characters."""
 MAX_TEXT = 1 << 20
-"""Maximum length in characters of all names, descriptions and strings of a node together."""
+"""Maximum total length in characters of a node's names, descriptions and strings."""
 _MAX_NAME = 255
 _MAX_DESCRIPTION = 1000
 _ROOT = "Default"
@@ -40,11 +40,11 @@ class _Entry(NamedTuple):
 
 
 class Configuration:
-    """Parameters of a node, and their values. Not thread-safe.
+    """A node's parameters and their values. Not thread-safe.
 
     Args:
         descriptors: the node's descriptors of its parameters.
-        values: the values of those that have one.
+        values: the values of the parameters that have one.
 
     Attributes:
         left_out: the parameters that have no counterpart, and why.
@@ -71,7 +71,7 @@ class Configuration:
 
     @property
     def names(self) -> list[str]:
-        """The names of the parameters that are in it."""
+        """The names of the parameters in the configuration."""
         return [*self._entries]
 
     def description(self) -> Any:
@@ -92,10 +92,10 @@ class Configuration:
         return message
 
     def update(self, values: Mapping[str, Value | None]) -> bool:
-        """Record new values, and return whether they fit: if not, a parameter must be described again.
+        """Record new values, and return whether they fit: if not, the node must be queried again.
 
         Args:
-            values: those that are known now; parameters that are not in the configuration are ignored.
+            values: the new values; parameters that are not in the configuration are ignored.
         """
         fits = True
         for name, value in values.items():
@@ -111,8 +111,8 @@ class Configuration:
         return fits
 
     def requested(self, config: Any) -> tuple[dict[str, Scalar], list[str]]:
-        """Return the values that a dynamic_reconfigure/Config asks for, within their limits as dynamic_reconfigure's
-        servers make them, and what cannot be set and why.
+        """Return the values in a dynamic_reconfigure/Config, clamped to their limits as by dynamic_reconfigure's
+        servers, and messages about what cannot be set.
         """
         values: dict[str, Scalar] = {}
         problems = []
@@ -139,7 +139,7 @@ def _clamped(entry: _Entry, value: Any) -> Any:
 
 
 def _entry(descriptor: Descriptor, value: Value | None) -> _Entry | str:
-    """Return a parameter, or why it has no counterpart."""
+    """Return a parameter's entry, or why it has no counterpart."""
     name = descriptor.name
     if not (0 < len(name) <= _MAX_NAME and name.isprintable() and " " not in name) or name == "groups":
         return "its name is not allowed"

@@ -1,7 +1,7 @@
 """The parameters of a bridge: which ROS 2 nodes it presents as dynamic_reconfigure servers, and which it queries.
 
-`make_plan` and `adjust` are for the master thread, `on_message` for the thread that takes messages; requests from
-`pyros1 bridge param ros2:` come in threads of their service.
+`make_plan` and `adjust` are for the master thread, `on_message` for the worker; requests from
+`pyros1 bridge param ros2:` run on the threads of their service.
 """
 
 from __future__ import annotations
@@ -29,16 +29,16 @@ from pyros1.ros2.zenoh.names import DataKey
 from pyros1.ros2.zenoh.qos import Qos
 
 MAX_NODES = 200
-"""Maximum number of nodes that are servers of dynamic_reconfigure."""
+"""Maximum number of nodes presented as dynamic_reconfigure servers."""
 MAX_ASKED = 50
-"""Maximum number of other nodes of which clients are kept."""
+"""Maximum number of other nodes whose service clients are kept."""
 _ASKED_TIME = 60.0
-"""Seconds for which the clients of a node are kept after a request for its parameters."""
+"""Seconds for which a node's service clients are kept after a request for its parameters."""
 _DECLARE_TIME = 3.0
 _MAX_THREADS = 8
 _CLOSE_TIME = 1.0
 _EVENT_QOS = Qos(depth=1000)
-"""As ROS 2 nodes have it for this topic."""
+"""The QoS that ROS 2 nodes use for this topic."""
 
 
 class Ros2Parameters:
@@ -47,10 +47,10 @@ class Ros2Parameters:
     Args:
         node: the bridge's node in ROS 1.
         domain: the ROS domain.
-        rules: which nodes are servers, and whose parameters may be read.
+        rules: which nodes to present as servers, and whose parameters may be read.
         call: calls a ROS 2 service, given its key, the encoded request and a number of seconds.
-        wake: lets the master thread check what it needs from ROS 2.
-        call_time: seconds for the response of a node.
+        wake: wakes the master thread, to check what it needs from ROS 2.
+        call_time: seconds to wait for a node's response.
     """
 
     def __init__(
@@ -80,7 +80,7 @@ class Ros2Parameters:
         self._required: tuple[dict[DataKey, Qos], frozenset[DataKey]] = {}, frozenset()
 
     def start(self) -> None:
-        """Provide the service by which programs here read ROS 2 parameters.
+        """Provide the service through which ROS 1 programs read ROS 2 parameters.
 
         Raises:
             NodeError: the node cannot provide it.
@@ -90,7 +90,7 @@ class Ros2Parameters:
     # Demand -----------------------------------------------------------------------------------------------------------
 
     def make_plan(self, services: Mapping[str, Service]) -> None:
-        """Record which nodes there are.
+        """Record which nodes exist, and which of them to present as servers.
 
         Args:
             services: the ROS 2 services, without bridges of the same master.
@@ -114,7 +114,7 @@ class Ros2Parameters:
         self._servers = servers
 
     def required_endpoints(self) -> tuple[dict[DataKey, Qos], frozenset[DataKey]]:
-        """Return the topics to subscribe to and the services to have clients for, in ROS 2."""
+        """Return the ROS 2 topics to subscribe to, and the ROS 2 services that need clients."""
         now = monotonic()
         with self._changed:
             self._asked = {name: until for name, until in self._asked.items() if until > now and name in self._nodes}
@@ -166,7 +166,7 @@ class Ros2Parameters:
     # Incoming messages ------------------------------------------------------------------------------------------------
 
     def on_message(self, key: DataKey, body: bytes) -> bool:
-        """Handle a message, and return whether it says which parameters have changed.
+        """Handle a message if it is a parameter event, and return whether it is.
 
         Raises:
             MessageError: it is not valid.
@@ -181,7 +181,7 @@ class Ros2Parameters:
         return True
 
     def _on_question(self, request: AnyMsg) -> AnyMsg:
-        """Answer a parameter query. Called in a thread of the service; this waits for ROS 2.
+        """Answer a parameter query. Called on a thread of the service; this waits for ROS 2.
 
         Raises:
             ServiceRefusal: there is no answer.
@@ -194,7 +194,7 @@ class Ros2Parameters:
         """Wait until there are clients for a node's services.
 
         Raises:
-            ServiceRefusal: there are none soon.
+            ServiceRefusal: there are none in time.
         """
         keys = {key for _, key in node.services}
         with self._changed:
@@ -213,7 +213,7 @@ class Ros2Parameters:
     # Shutdown ---------------------------------------------------------------------------------------------------------
 
     def close(self) -> None:
-        """End all waits, and withdraw everything from ROS 1. The session must be closed before."""
+        """End all waits, and withdraw everything from ROS 1. The session must be closed already."""
         with self._changed:
             self._is_closing = True
             self._changed.notify_all()

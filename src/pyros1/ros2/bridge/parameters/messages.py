@@ -1,6 +1,6 @@
-"""The services and the topic of ROS 2's parameters (rcl_interfaces), as values of Python. No I/O.
+"""ROS 2's parameter services and the parameter event topic (rcl_interfaces), as Python values. No I/O.
 
-Their types have been the same since Humble. Other versions have another hash, and nodes with those are left out.
+Their types have not changed since Humble. Nodes with other versions, which have other hashes, are left out.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ SERVICE_TYPES = {
     GET: "rcl_interfaces/srv/GetParameters",
     SET: "rcl_interfaces/srv/SetParameters",
 }
-"""The last parts of the names of the services that are called, and their types."""
+"""The last part of each called service's name, and its type."""
 EVENT_TYPE = "rcl_interfaces/msg/ParameterEvent"
 MAX_MESSAGE = 4 << 20
 """Maximum size in bytes of a response or an event."""
@@ -78,9 +78,9 @@ class Descriptor(NamedTuple):
 
     Attributes:
         name: its name.
-        text: what it is for, and what its values must be.
+        text: its description and constraints.
         read_only: whether it cannot be changed.
-        integers, doubles: the lowest and the highest number that it may be, for each type; None for no limits.
+        integers, doubles: the lowest and highest allowed number of that type; None for no limits.
     """
 
     name: str
@@ -96,7 +96,7 @@ class Event(NamedTuple):
     Attributes:
         node: its full name.
         changed: the new values of parameters that were there before.
-        has_others: whether there are parameters that were not there before, or that are gone.
+        has_others: whether parameters were added or deleted.
     """
 
     node: str
@@ -109,9 +109,9 @@ class ParameterMessages:
 
     Attributes:
         hashes: the hashes of the services in ROS 2, by the last parts of their names.
-        event_hash: that of the topic.
+        event_hash: the hash of the topic's type.
 
-    All methods raise MessageError for what is not valid.
+    All methods raise MessageError if a message is invalid.
     """
 
     def __init__(self) -> None:
@@ -121,7 +121,7 @@ class ParameterMessages:
         self.event_hash = type_hash(EVENT_TYPE, types)
         definitions = DefinitionCache()
         parts = [f"{type}_{part}" for type in SERVICE_TYPES.values() for part in ("Request", "Response")]
-        self._codecs: dict[str, tuple[Any, Transcoder]] = {}  # class in ROS 1, and what converts its messages
+        self._codecs: dict[str, tuple[Any, Transcoder]] = {}  # ROS 1 class, and the converter for its messages
         for name in (*parts, EVENT_TYPE):
             ros1_name = _ros1_name(name)
             text = ros1_definition(name, types, _ros1_name, lambda _: None)
@@ -164,7 +164,7 @@ class ParameterMessages:
         return [_value(each) for each in self._decode(f"{SERVICE_TYPES[GET]}_Response", response).values]
 
     def results(self, response: bytes) -> list[str | None]:
-        """Return for each parameter why it was not set; None if it was."""
+        """Return, for each parameter, why it was not set; None if it was."""
         decoded = self._decode(f"{SERVICE_TYPES[SET]}_Response", response)
         return [None if each.successful else each.reason or "it says no reason" for each in decoded.results]
 

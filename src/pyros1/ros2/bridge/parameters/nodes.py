@@ -1,4 +1,4 @@
-"""Finds the ROS 2 nodes that have services for their parameters. No I/O."""
+"""Finds the ROS 2 nodes that offer parameter services. No I/O."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from pyros1.ros2.zenoh.graph import Service
 from pyros1.ros2.zenoh.names import HUMBLE_HASH, DataKey
 
 EVENTS = "/parameter_events"
-"""The topic on which all nodes say which of their parameters have changed."""
+"""The topic on which all nodes publish changes of their parameters."""
 
 
 class ParameterNode(NamedTuple):
@@ -18,8 +18,8 @@ class ParameterNode(NamedTuple):
 
     Attributes:
         name: its full name.
-        services: the last parts of its services' names -> their keys.
-        event_key: the key of the topic on which it says what has changed.
+        services: last part of a service's name -> its key.
+        event_key: the key of the topic on which it publishes changes.
     """
 
     name: str
@@ -34,12 +34,12 @@ class ParameterNode(NamedTuple):
 def find_nodes(
     domain: int, services: Mapping[str, Service], hashes: Mapping[str, str], event_hash: str
 ) -> tuple[dict[str, ParameterNode], dict[str, str]]:
-    """Return the nodes by name, and for others why their parameters cannot be used.
+    """Return the nodes by name, and by name why the parameters of other nodes cannot be used.
 
     Args:
         domain: the ROS domain.
         services: the ROS 2 services.
-        hashes: the last parts of the names of the services -> the hashes of their types.
+        hashes: last part of a service's name -> the hash of its type.
         event_hash: the hash of the topic's type.
     """
     found: dict[str, dict[str, DataKey]] = {}

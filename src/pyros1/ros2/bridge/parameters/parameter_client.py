@@ -1,6 +1,6 @@
 """Reads and sets the parameters of ROS 2 nodes. Each method waits for the node.
 
-A node's response is checked: its size, and that it matches the request.
+Each response is checked for its size, and that it matches the request.
 """
 
 from __future__ import annotations
@@ -29,13 +29,13 @@ _Answer = TypeVar("_Answer")
 
 
 class ParameterClient:
-    """Calls the services for the parameters of nodes.
+    """Calls the parameter services of nodes.
 
     Args:
         call: calls a ROS 2 service, given its key, the encoded request and a number of seconds.
-        call_time: seconds for the response of a node.
+        call_time: seconds to wait for a node's response.
 
-    All methods raise ServiceRefusal, which names the node, if it does not respond in time, or its response is invalid.
+    All methods raise ServiceRefusal, which names the node, if it does not respond in time or its response is invalid.
     """
 
     def __init__(self, call: Callable[[DataKey, bytes, float], bytes], call_time: float = CALL_TIME) -> None:
@@ -53,7 +53,7 @@ class ParameterClient:
         return names
 
     def values(self, node: ParameterNode, names: Sequence[str]) -> dict[str, Value]:
-        """Return the values of those of the parameters that have one."""
+        """Return the values of the parameters that have one."""
         request = self.messages.names_request(GET, names)
         values = self._ask(node, GET, request, self.messages.values) if names else []
         self._check_number(node, names, values)

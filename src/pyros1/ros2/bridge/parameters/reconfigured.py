@@ -1,7 +1,7 @@
 """Presents a ROS 2 node as a dynamic_reconfigure server in ROS 1.
 
-It is asked for its parameters in a thread of a pool; the master thread then advertises them. Requests to change them
-come in threads of the service, and changes made in ROS 2 in the thread that takes messages. None of them waits with
+A pool thread queries the node for its parameters, and the master thread then advertises them. Requests to change them
+run on the service's threads, and changes made in ROS 2 arrive on the worker's thread. No thread waits while it holds
 the lock.
 """
 
@@ -38,7 +38,7 @@ RETRY_PAUSE = 5.0
 """Seconds until a node that did not answer is queried again; doubled each time."""
 _LONGEST_PAUSE = 300.0
 _MAX_LINES = 10
-"""Maximum number of lines in the log about one request."""
+"""Maximum number of log lines about one request."""
 
 
 class ReconfiguredNode:
@@ -48,11 +48,11 @@ class ReconfiguredNode:
         node: the bridge's node in ROS 1.
         graph: asks the master.
         remote: the ROS 2 node.
-        asking: asks that node.
+        parameter_client: queries that node.
 
     Attributes:
         remote: the ROS 2 node.
-        problem: why it is not a server of dynamic_reconfigure; empty if it is one, or may become one.
+        problem: why it cannot be a dynamic_reconfigure server; empty if it is one, or may become one.
     """
 
     def __init__(self, node: Node, graph: Graph, remote: ParameterNode, parameter_client: ParameterClient) -> None:
@@ -63,10 +63,10 @@ class ReconfiguredNode:
         self._parameter_client = parameter_client
         self._lock = threading.Lock()
         self._configuration: Configuration | None = None
-        self._is_new = False  # whether the description is to be published
+        self._is_new = False  # whether the description must be published
         self._versions: dict[str, int] = {}  # parameter in the configuration -> the number of its last change
         self._version = 0
-        self._missed: dict[str, Value | None] = {}  # what has changed since all parameters were requested
+        self._missed: dict[str, Value | None] = {}  # changes since all parameters were requested
         self._publishers: tuple[Publisher[Any], Publisher[Any]] | None = None
         self._service: ServiceServer | None = None
         self._due: float | None = monotonic() if not self.problem else None
@@ -87,12 +87,12 @@ class ReconfiguredNode:
             return True
 
     def cancel_query(self) -> None:
-        """Undo `begin`: the node cannot be asked now."""
+        """Undo `begin`: the node cannot be queried now."""
         with self._lock:
             self._is_asking, self._due = False, monotonic()
 
     def ask(self) -> None:
-        """Ask the node for all parameters. This waits for it."""
+        """Query all parameters of the node. This waits for it."""
         try:
             names = self._parameter_client.names(self.remote)
             descriptors = self._parameter_client.descriptors(self.remote, names)
@@ -114,12 +114,12 @@ class ReconfiguredNode:
                 self._ask_again()
 
     def on_event(self, event: Event) -> None:
-        """Record what has changed in ROS 2, and publish it."""
+        """Record a change made in ROS 2, and publish it."""
         with self._lock:
             configuration = self._configuration
             if event.has_others:
                 self._ask_again()
-            if self._is_asking:  # an answer may be older
+            if self._is_asking:  # the answer may be older than the event
                 self._missed |= event.changed
                 if len(self._missed) > MAX_PARAMETERS:
                     self._missed.clear()
@@ -131,24 +131,24 @@ class ReconfiguredNode:
             self._apply(configuration, event.changed)
 
     def _ask_again(self) -> None:
-        """Ask for all parameters soon. Called with the lock held."""
+        """Query all parameters again soon. Called with the lock held."""
         if self._due is None and not self.problem:
             self._due = max(monotonic() + _GATHER_TIME, self._asked_at + REFRESH_PAUSE)
 
     def _apply(self, configuration: Configuration, values: Mapping[str, Value | None]) -> None:
-        """Record values, and publish them. Called with the lock; publishing only fills queues."""
+        """Record values, and publish them. Called with the lock held; publishing only fills queues."""
         if not configuration.update(values):
             self._ask_again()
         if self._publishers is not None and not self._is_new:
             self._publishers[1].publish(configuration.message())
 
-    # At the side of ROS 1 ---------------------------------------------------------------------------------------------
+    # The ROS 1 side ---------------------------------------------------------------------------------------------------
 
     def adjust(self) -> None:
         """Start the server if the parameters are known, and publish a new description. This waits for the master.
 
         Raises:
-            Error: another node is a server of this name, or the master does not respond.
+            Error: another node already provides this server's service, or the master does not respond.
         """
         with self._lock:
             configuration = self._configuration if self._is_new else None
@@ -211,10 +211,10 @@ class ReconfiguredNode:
             )
 
     def _on_request(self, request: Any) -> Any:
-        """Set parameters as a ROS 1 node asks for. Called in a thread of the service; this waits for ROS 2.
+        """Set the parameters in a ROS 1 node's request. Called on a thread of the service; this waits for ROS 2.
 
         Raises:
-            ServiceRefusal: the ROS 2 node does not respond, or says something that is not valid.
+            ServiceRefusal: the ROS 2 node does not respond, or its response is invalid.
         """
         with self._lock:
             configuration = self._configuration
@@ -236,7 +236,7 @@ class ReconfiguredNode:
             held = self._parameter_client.values(self.remote, [*values])
         with self._lock:
             if values:
-                # What was changed by others meanwhile is known from the topic, and may be newer.
+                # Changes made by others in the meantime came over the topic, and may be newer.
                 news = {name: value for name, value in held.items() if self._versions.get(name, 0) <= version}
                 self._version += 1
                 self._apply(configuration, news)

@@ -24,10 +24,10 @@ def respond(
         body: the request.
         nodes: the nodes whose parameters may be read.
         parameter_client: queries a node.
-        prepare: waits until it can be queried.
+        prepare: waits until the node can be queried.
 
     Raises:
-        ServiceRefusal: it is not valid, there is no such node or parameter, or the node does not respond.
+        ServiceRefusal: the request is invalid, there is no such node or parameter, or the node does not respond.
     """
     try:
         request = decode_parameter_request(body)
@@ -53,7 +53,7 @@ def respond(
 
 
 def _split(name: str, nodes: Mapping[str, ParameterNode]) -> tuple[str, str]:
-    """Return the node whose name a name begins with, and the rest; names of parameters can have slashes, too.
+    """Split a name into a node and a parameter; both can contain slashes.
 
     Raises:
         ServiceRefusal: there is no such node.
