@@ -1,1 +1,1 @@
-"""ROS 2 types: their fields, hashes and encoding, and which ROS 1 types they are."""
+"""ROS 2 types: their fields, hashes and encoding, and their ROS 1 counterparts."""

@@ -1,7 +1,7 @@
-"""Knows which ROS 1 type is which ROS 2 type, and derives the types that ROS 2 does not have.
+"""Maps ROS 1 types to ROS 2 types and back, and derives the types that ROS 2 does not have.
 
-Without rules of the user, the names are those that bags get when they are converted (`pyros1.bag.export`), so that
-recorded and bridged topics have the same types.
+Without user-defined rules, the names are the same as in exported bags (`pyros1.bag.export`), so that recorded and
+bridged topics have the same types.
 """
 
 from __future__ import annotations
@@ -20,29 +20,29 @@ from pyros1.ros2_types.model import Field, FieldType, Length, MessageType, Types
 _DERIVED_BASES = {
     "time": "builtin_interfaces/msg/Time",
     "duration": "builtin_interfaces/msg/Duration",
-    # ROS 2 packages have the same .msg files as before, so a byte is a byte there, for example in
-    # diagnostic_msgs/srv/SelfTest: with int8, the type would have another hash. The 8 bits are the same, but a ROS 1
-    # byte is from -128 to 127, and a ROS 2 byte from 0 to 255.
+    # ROS 2 packages kept their .msg and .srv files, so a byte is still a byte, for example in
+    # diagnostic_msgs/srv/SelfTest: with int8, the type would have a different hash. The 8 bits are the same, but a
+    # ROS 1 byte ranges from -128 to 127, and a ROS 2 byte from 0 to 255.
     "byte": "byte",
     "char": "uint8",
 }
 
 MAX_TYPES = 1000
-"""Maximum number of types to derive at a time: the time to choose names grows with the square of their number."""
+"""Maximum number of types to derive at a time, since the time to choose names grows quadratically."""
 
 _PART_SUFFIXES = ("_Request", "_Response", "_Goal", "_Result", "_Feedback")
 
 
 class Counterparts:
-    """The ROS 2 types for those of ROS 1, and the other way around.
+    """The ROS 2 counterparts of ROS 1 types, and vice versa.
 
-    An object remembers the names that it has chosen, so use one object for a whole program.
+    An object remembers the names that it has chosen, so use a single object in a program.
 
     Args:
         distribution_types: the types that ROS 2 is known to have: those of a distribution, and others.
-        mapping: which types have other names.
-        is_in_ros1: returns whether ROS 1 is known to have a message, ``package/Type``, or a service, if its second
-            argument is True.
+        mapping: which types have different names in ROS 2.
+        is_in_ros1: returns whether ROS 1 is known to have a message ``package/Type``, or, if its second argument is
+            True, such a service.
     """
 
     def __init__(
@@ -51,7 +51,7 @@ class Counterparts:
         mapping: TypeMapping | None = None,
         is_in_ros1: Callable[[str, bool], bool] = lambda name, is_service: True,
     ) -> None:
-        # This module imports rosbags, which is slow and not needed by all that import this module.
+        # legal_names imports rosbags, which is slow, and which not every user of this module needs.
         from pyros1.ros2_types.legal_names import LegalNames  # noqa: PLC0415
 
         self._distribution_types = distribution_types
@@ -92,8 +92,8 @@ class Counterparts:
     def to_ros1(self, name: str) -> str:
         """Return the name of a type in ROS 1: ``std_msgs/String`` for ``std_msgs/msg/String``.
 
-        This is the inverse of the other methods, for names that they have returned. If two ROS 1 types are one in
-        ROS 2, it is the one that a rule says first, or the one with the same name: ``tf2_msgs/TFMessage``, not
+        This is the inverse of the other methods, for names that they have returned. If two ROS 1 types have the same
+        ROS 2 type, the first rule decides, or else the name that is the same: ``tf2_msgs/TFMessage``, not
         ``tf/tfMessage``.
 
         Args:
@@ -122,7 +122,7 @@ class Counterparts:
             resolve: returns the definition of a message type by its name; its errors are passed on.
 
         Returns:
-            Full name -> type, for the type and for those that it uses. The fields are in the same order as in ROS 1.
+            Full name -> type, for the type and the types that it uses. The fields are in the same order as in ROS 1.
             Empty if the distribution has the type.
 
         Raises:
@@ -208,7 +208,7 @@ class Counterparts:
                 "are: use --ros2-packages",
                 rule.place or None,
             )
-        # Its other fields, if it has any, are not known.
+        # If the ROS 2 type has other fields, they are not known.
         return tuple(
             Field(rule.fields[field.name], type)
             for field, type in zip(spec.fields, types, strict=True)
@@ -228,7 +228,7 @@ class Counterparts:
         return FieldType(base, Length.FIXED, field.length)
 
     def _legal_field_names(self, spec: MessageSpec) -> list[str]:
-        # The rules take types as rosbags has them; the types of the fields do not matter for their names.
+        # `LegalNames` takes types in rosbags' form; the fields' types do not matter for their names.
         fields: list[Any] = [(field.name, (None, None)) for field in spec.fields]
         ((_, legal_fields),) = self._new_legal_names(()).legal_types({"any/msg/Any": ([], fields)}).values()
         return [name for name, _ in legal_fields]

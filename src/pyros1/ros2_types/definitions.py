@@ -1,8 +1,8 @@
 """Parses the .msg, .srv and .action texts of ROS 2
 (https://docs.ros.org/en/jazzy/Concepts/Basic/About-Interfaces.html).
 
-The grammar is line based. A line is ``type name``, with an optional default value, or ``type NAME=value``, a constant;
-``#`` starts a comment. Defaults and constants are skipped: they do not matter for encoding and hashing. Does no I/O.
+Each line is either ``type name``, with an optional default value, or a constant, ``type NAME=value``; ``#`` starts a
+comment. Defaults and constants are skipped: they do not matter for encoding and hashing. No I/O.
 """
 
 from __future__ import annotations
@@ -16,18 +16,18 @@ from pyros1.ros2_types.model import STRINGS, STRUCT_CODES, Field, FieldType, Len
 from pyros1.ros2_types.nesting import all_types
 
 MAX_TEXT_LENGTH = 1 << 20
-"""Maximum length of a text with the definitions of all types used, in characters."""
+"""Maximum length in characters of a text with the definitions of a type and all types that it uses."""
 
 MAX_FIELDS = 10_000
 """Maximum number of fields of all types in a text."""
 
 PARTS = {"msg": ("",), "srv": ("_Request", "_Response"), "action": ("_Goal", "_Result", "_Feedback")}
-"""Folder of a type -> what its parts, which are separated by ``---``, add to its name."""
+"""Folder of a type -> the suffixes of the names of its parts, which are separated by ``---``."""
 
 _SINGLE_PARTS = (*PARTS["srv"], *PARTS["action"], "_FeedbackMessage", "_Event")
 
-# Capitals in packages and fields, and other first letters of types, are legal in ROS 1: packages that were moved from
-# there to ROS 2 by other tools than rosidl have them.
+# Unlike rosidl, allow capitals in package and field names, and lower-case first letters of types, as ROS 1 does: other
+# tools than rosidl have converted such packages to ROS 2.
 _NAME = r"[A-Za-z](?:_?[A-Za-z0-9])*"
 _NAME_PATTERN = re.compile(rf"{_NAME}\Z")
 _TYPE_NAME_PATTERN = re.compile(rf"({_NAME})/(?:(msg|srv|action)/)?({_NAME})\Z")
@@ -49,7 +49,7 @@ class _Text(NamedTuple):
 
 
 def full_type_name(name: str, where: str | None = None, line: int | None = None) -> str:
-    """Return a type's full name: ``std_msgs/msg/String`` for ``std_msgs/String`` as well.
+    """Return a type's full name, for example ``std_msgs/msg/String``, also for ``std_msgs/String``.
 
     Args:
         name: the name.
@@ -89,7 +89,7 @@ def parse_types(name: str, text: str) -> dict[str, MessageType]:
     count = 0
     for part in (part for whole in _split_types(name, text) for part in _split_parts(name, whole)):
         if part.name in types:
-            continue  # the same type is appended twice if two types use it, by some writers
+            continue  # some writers append a type twice if two types use it
         fields: dict[str, Field] = {}
         for line, content in part.lines:
             field = _parse_line(content, part.name, name, line)
@@ -122,7 +122,7 @@ def _split_types(name: str, text: str) -> Iterator[_Text]:
             reason = "IDL is not supported" if keyword == "IDL" else "no 'MSG: type' line after a separator"
             raise DefinitionError(reason, name, line + 1)
         next_name = full_type_name(title_name.strip(), name, line + 1)
-        # Some writers begin with a title, too.
+        # Some writers put a title before the first type, too.
         if current.lines or current.name != name or current.title_line > 1 or next_name != name:
             yield current
         current = _Text(next_name, line + 1, [])
@@ -130,7 +130,7 @@ def _split_types(name: str, text: str) -> Iterator[_Text]:
 
 
 def _split_parts(root: str, whole: _Text) -> Iterator[_Text]:
-    """Yield the parts of a message (which is one), service or action."""
+    """Yield the parts of a service or action; a message is a single part."""
     endings = PARTS[whole.name.split("/")[1]]
     name = whole.name
     if name.endswith(_SINGLE_PARTS):
@@ -152,7 +152,7 @@ def _split_parts(root: str, whole: _Text) -> Iterator[_Text]:
 
 def _parse_line(content: str, owner: str, where: str, line: int) -> Field | None:
     """Return the field in a line; None if it is a constant."""
-    # A '#' before the name ends the line; behind it there are only a default or a constant's value, which are skipped.
+    # A '#' is only looked for up to the name; after that, there is only a default or a constant's value to skip.
     match = _FIELD_PATTERN.match(content)
     if match is None or "#" in match["type"]:
         raise DefinitionError(f"[{content:.200}] is not of the form 'type name'", where, line)
@@ -174,7 +174,7 @@ def _parse_field_type(text: str, package: str) -> FieldType:
 
     Args:
         text: the type as written.
-        package: package of types that are written without one.
+        package: package of types written without one.
     """
     match = _FIELD_TYPE_PATTERN.match(text)
     if match is None:

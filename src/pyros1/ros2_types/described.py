@@ -1,5 +1,5 @@
-"""Reads the descriptions of types that rosidl installs as ``.json`` files since ROS 2 Iron. Packages whose types are
-defined in ``.idl`` files have nothing else that can be read. No I/O.
+"""Reads the type descriptions that rosidl installs as ``.json`` files since ROS 2 Iron. For types defined in ``.idl``
+files, there is no other format that pyros1 can read. No I/O.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ def read_description(text: str) -> dict[str, MessageType]:
         text: the content of the file.
 
     Raises:
-        DefinitionError: it is not a description, or has a type that is not known here.
+        DefinitionError: it is not a description, or contains an unknown field type.
     """
     try:
         message = json.loads(text)["type_description_msg"]

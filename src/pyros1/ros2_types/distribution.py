@@ -12,18 +12,18 @@ from pyros1.ros2_types.model import Field, FieldType, Length, MessageType, Types
 if TYPE_CHECKING:
     from rosbags.interfaces.typing import FieldDesc, Typesdict
 
-# A char of a .msg file is a uint8 in ROS 2, but rosbags takes it for the char of an .idl file. With that, the hashes of
-# types with a char, such as service_msgs/msg/ServiceEventInfo, and of all that use them would be wrong.
+# A char in a .msg file is a uint8 in ROS 2, but rosbags takes it for an IDL char, so the hashes of types with a char,
+# such as service_msgs/msg/ServiceEventInfo, and of all types that use them would be wrong.
 _RENAMED_BASES = {"char": "uint8"}
 
-# rosbags shows the field that rosidl adds to types without fields; `MessageType` does not.
+# rosbags includes the field that rosidl adds to types without fields; `MessageType` does not.
 _FILLER = "structure_needs_at_least_one_member"
 
 
 def distribution_types(name: str = "jazzy") -> Types:
     """Return the message types of a distribution's standard packages.
 
-    The types are converted on access, since there are hundreds, of which a program uses a few.
+    The types are converted on access, since a program uses only a few of hundreds.
 
     Args:
         name: name of the distribution, for example ``humble``.
@@ -66,7 +66,7 @@ class _DistributionTypes(Mapping[str, MessageType]):
 
 
 def _convert(node: FieldDesc) -> FieldType:
-    """Return the type of a field that rosbags describes."""
+    """Convert rosbags' description of a field's type."""
     from rosbags.interfaces import Nodetype  # noqa: PLC0415 - as above
 
     kind: Any

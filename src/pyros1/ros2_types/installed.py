@@ -1,4 +1,4 @@
-"""The ROS 2 types whose definitions are on this machine: in packages of an installation, or of a workspace."""
+"""The ROS 2 types whose definitions are on this machine, in packages of an installation or a workspace."""
 
 from __future__ import annotations
 
@@ -24,14 +24,14 @@ class PackagesError(Error, ValueError):
 
 
 class InstalledTypes(Mapping[str, MessageType]):
-    """Types by their full names: messages, and the parts of services and actions. Each file is read when it is needed.
+    """Types by full name: messages, and the parts of services and actions. Files are read on demand.
 
     Args:
-        folders: folders with ROS 2 packages, at any depth up to 8: a workspace's ``src`` or ``install``, or
+        folders: folders with ROS 2 packages, up to 8 levels deep: a workspace's ``src`` or ``install``, or
             ``/opt/ros/jazzy``.
 
     Raises:
-        PackagesError: a folder is not there, has no definitions, or has too many folders.
+        PackagesError: a folder does not exist, contains no definitions, or contains too many folders.
     """
 
     def __init__(self, folders: Iterable[str | os.PathLike[str]] = ()) -> None:
@@ -62,9 +62,7 @@ class InstalledTypes(Mapping[str, MessageType]):
 
 
 def environment_folders(environ: Mapping[str, str]) -> list[Path]:
-    """Return the folders of an environment in which a ROS 2 installation was sourced, as far as they are there and
-    have definitions.
-    """
+    """Return the ``share`` folders of a sourced ROS 2 installation that exist and contain definitions."""
     folders = [Path(each, "share") for each in environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep) if each]
     return [folder for folder in folders if any(folder.glob("*/msg/*.msg")) or any(folder.glob("*/srv/*.srv"))]
 
@@ -83,7 +81,7 @@ def _definitions(top: Path) -> Iterator[tuple[str, Path]]:
         folders[:] = sorted(
             name for name in folders if depth < _MAX_DEPTH and name not in _SKIPPED and not name.startswith(".")
         )
-        if "package.xml" in files:  # there are no packages in packages, and many other folders
+        if "package.xml" in files:  # packages contain no packages, but many other folders
             folders[:] = [name for name in folders if name in PARTS]
         kind = path.name
         if kind not in PARTS:
@@ -100,7 +98,7 @@ def _definitions(top: Path) -> Iterator[tuple[str, Path]]:
 
 
 def _package_name(folder: Path) -> str:
-    """Return the name that a package's manifest says, or that of its folder."""
+    """Return the package name in a package's manifest, or else its folder's name."""
     try:
         with open(folder / "package.xml", encoding="utf-8", errors="replace") as file:
             match = _PACKAGE_NAME.search(file.read(_MAX_MANIFEST))

@@ -1,8 +1,7 @@
 """Composes the types that ROS 2 generates for services and actions, besides those in their definitions.
 
-For a service, this is the event by which its calls can be traced. For an action, it is the services that send a goal
-and get its result, and the message with feedback
-(https://design.ros2.org/articles/actions.html). No I/O.
+For a service, this is the event for tracing its calls. For an action, these are the services that send a goal and get
+its result, and the feedback message (https://design.ros2.org/articles/actions.html). No I/O.
 """
 
 from __future__ import annotations
@@ -65,7 +64,7 @@ def service_types(name: str, types: Types) -> dict[str, MessageType]:
 
     Args:
         name: full name, for example ``std_srvs/srv/SetBool`` or ``example_interfaces/action/Fibonacci_SendGoal``.
-        types: contains its request and response; for an action's services, the action's goal, result and feedback.
+        types: contains its request and response, or, for an action's services, the action's goal, result and feedback.
 
     Returns:
         Full name -> type: the service itself, with the fields ``request_message``, ``response_message`` and

@@ -1,4 +1,4 @@
-"""Chooses legal names for types that a ROS 2 distribution does not know; ROS 2's readers reject illegal names.
+"""Chooses legal names for types that a ROS 2 distribution does not have; ROS 2's readers reject illegal names.
 
 The rules are the same as for ROS 2's interface definitions
 (https://docs.ros.org/en/jazzy/Concepts/Basic/About-Interfaces.html): packages and fields are in lower case with single
@@ -25,7 +25,7 @@ class LegalNames:
     """Maps the names of types and fields to names that ROS 2 allows.
 
     Args:
-        distribution_types: names of the ROS 2 distribution's types, whose names and fields are not changed.
+        distribution_types: names of the ROS 2 distribution's types, which are not renamed and keep their field names.
 
     Attributes:
         renamed: old name, for example ``package Mocap`` or ``field a/b.timeStamp`` -> new name.

@@ -1,4 +1,4 @@
-"""Converts values that differ between ROS 1 and ROS 2: the levels of log messages. No I/O."""
+"""Converts the levels of log messages, whose values differ between ROS 1 and ROS 2. No I/O."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 
 class ValueRule(NamedTuple):
-    """How a ``uint8`` or ``byte`` is converted.
+    """Converts the values of a ``uint8`` or ``byte``.
 
     Attributes:
         to_ros2: the value in ROS 2 for each of the 256 values in ROS 1.
@@ -24,7 +24,7 @@ _ROS2_LEVELS = (10, 20, 30, 40, 50)
 
 
 def _level(value: int, levels: Sequence[int], others: Sequence[int]) -> int:
-    """Return the level of the other side for a value, which may lie between those that have names."""
+    """Return the other side's level for a value, which may lie between named levels."""
     return next((other for level, other in zip(levels[::-1], others[::-1], strict=True) if value >= level), others[0])
 
 

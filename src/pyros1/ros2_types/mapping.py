@@ -1,4 +1,4 @@
-"""Maps types and fields that have other names in ROS 2, by standard rules and a user's. No I/O."""
+"""Maps types and fields that have different names in ROS 2, by standard and user-defined rules. No I/O."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from pyros1.ros2_types.log_levels import LOG_LEVELS, ValueRule
 MOVED_MESSAGES: Mapping[str, str] = MappingProxyType(
     {"tf/tfMessage": "tf2_msgs/msg/TFMessage", "rosgraph_msgs/Log": "rcl_interfaces/msg/Log"}
 )
-"""ROS 1 message types that have another name in ROS 2; for bags, too."""
+"""ROS 1 message types that have another name in ROS 2; also used for bags."""
 MOVED_SERVICES: Mapping[str, str] = MappingProxyType(
     {
         "roscpp_tutorials/TwoInts": "example_interfaces/srv/AddTwoInts",
@@ -22,7 +22,7 @@ MOVED_SERVICES: Mapping[str, str] = MappingProxyType(
 MOVED_TO_ROS1: Mapping[str, str] = MappingProxyType(
     {"rcl_interfaces/msg/Log": "rosgraph_msgs/Log", "example_interfaces/srv/AddTwoInts": "roscpp_tutorials/TwoInts"}
 )
-"""ROS 2 types that have another name in ROS 1. tf2_msgs/msg/TFMessage has not: it is there under both names."""
+"""ROS 2 types that have another name in ROS 1. Not tf2_msgs/msg/TFMessage: ROS 1 has it under both names."""
 
 _NO_VALUES: Mapping[str, ValueRule] = MappingProxyType({})
 
@@ -31,9 +31,9 @@ class FieldRule(NamedTuple):
     """The matching fields of two types; other fields do not match, even if they have the same names.
 
     Attributes:
-        fields: dotted path of a field in ROS 1, such as ``header.stamp`` -> the one in ROS 2.
+        fields: dotted path of a field in ROS 1, such as ``header.stamp`` -> its path in ROS 2.
         place: file and line of the rule, for error messages; empty if it is not from a file.
-        values: path of a field in ROS 1 -> how its values are converted, if not as they are.
+        values: path of a field in ROS 1 -> how its values are converted; others are kept.
     """
 
     fields: Mapping[str, str]
@@ -42,7 +42,7 @@ class FieldRule(NamedTuple):
 
 
 FieldRules = Mapping[tuple[str, str], FieldRule]
-"""Names of two types, ``package/Type`` in ROS 1 and ``package/msg/Type`` in ROS 2 -> their rule."""
+"""(``package/Type`` in ROS 1, ``package/msg/Type`` in ROS 2) -> their rule."""
 
 STANDARD_FIELDS: FieldRules = MappingProxyType(
     {
@@ -66,13 +66,13 @@ STANDARD_FIELDS: FieldRules = MappingProxyType(
 
 
 class TypeRule(NamedTuple):
-    """Two types that belong together.
+    """Maps one type to another.
 
     Attributes:
         ros1: name in ROS 1, ``package/Type``.
         ros2: name in ROS 2, ``package/msg/Type`` or ``package/srv/Type``.
-        fields: which fields belong together; None for those of the same names. For a service, those of its request.
-        response_fields: for a service, those of its response.
+        fields: the matching fields; None to match by name. For a service, those of its request.
+        response_fields: for a service, the matching fields of its response.
         place: file and line of the rule.
     """
 
@@ -84,7 +84,7 @@ class TypeRule(NamedTuple):
 
 
 class PackageRule(NamedTuple):
-    """Two packages whose types of the same names belong together; and where that is said."""
+    """Maps a package to another: their types of the same name match. `place` is the rule's file and line."""
 
     ros1: str
     ros2: str
@@ -92,17 +92,16 @@ class PackageRule(NamedTuple):
 
 
 class TypeMapping:
-    """The rules of a user, and the standard ones where the user's say nothing.
+    """A user's rules, and the standard rules for what those do not cover.
 
     Args:
-        rules: types that belong together. If several have the same type of one side, the first one counts when the
-            other side's name is wanted.
-        packages: packages that belong together; `rules` take precedence. A package may be several of the other side: a
-            type is then the first one that is known there.
+        rules: matching types. If several rules are for the same type, the first one gives its name on the other side.
+        packages: matching packages; `rules` take precedence. A package may match several on the other side: each of its
+            types is then looked up in these in order.
 
     Attributes:
         rules, packages: as given.
-        fields: which fields belong together.
+        fields: the matching fields.
     """
 
     def __init__(self, rules: Iterable[TypeRule] = (), packages: Iterable[PackageRule] = ()) -> None:
@@ -122,7 +121,7 @@ class TypeMapping:
         self.fields: FieldRules = {**STANDARD_FIELDS, **_field_rules(self.rules)}
 
     def to_ros2(self, name: str, folder: str, known: Container[str] = ()) -> str:
-        """Return the name of a type in ROS 2, by the rules, or the same name if there is no rule.
+        """Return the name of a type in ROS 2 according to the rules; the same name if there is no rule.
 
         Args:
             name: its name in ROS 1, ``package/Type``.
@@ -141,11 +140,11 @@ class TypeMapping:
         return standard.get(name, f"{package}/{folder}/{short}")
 
     def to_ros1(self, name: str, is_known: Callable[[str], bool] = bool) -> str | None:
-        """Return the name of a type in ROS 1; None if the rules say nothing about it.
+        """Return the name of a type in ROS 1 according to the rules; None if there is no rule.
 
         Args:
             name: its name in ROS 2, ``package/msg/Type``.
-            is_known: returns whether ROS 1 is known to have a type; not called if there is only one that it can be.
+            is_known: returns whether ROS 1 is known to have a type; not called if there is only one candidate.
         """
         found = self._to_ros1.get(name)
         if found is not None:
@@ -160,7 +159,7 @@ class TypeMapping:
 
 
 def _field_rules(rules: Iterable[TypeRule]) -> dict[tuple[str, str], FieldRule]:
-    """Return what rules say about fields, with the standard rules for values of the same fields."""
+    """Return the rules' field rules, with the standard value conversions for fields that match as in the standard."""
     found: dict[tuple[str, str], FieldRule] = {}
     for rule in rules:
         if rule.ros2.split("/")[1] == "msg":

@@ -1,4 +1,4 @@
-"""The ROS 2 types (https://docs.ros.org/en/jazzy/Concepts/Basic/About-Interfaces.html), as far as they matter for
+"""The parts of ROS 2 types (https://docs.ros.org/en/jazzy/Concepts/Basic/About-Interfaces.html) that matter for
 encoding and hashing: no defaults, no constants. No I/O.
 """
 
@@ -23,7 +23,7 @@ STRUCT_CODES = {
     "float32": "f",
     "float64": "d",
 }
-"""Primitive types with a fixed size and their struct codes; ``char`` of a definition is ``uint8`` here."""
+"""Primitive types with a fixed size and their struct codes; a definition's ``char`` is ``uint8`` here."""
 
 NAME_PART = r"[A-Za-z][A-Za-z0-9_]{0,199}"
 """Matches the name of a package, or of a type in it."""
@@ -53,7 +53,7 @@ class FieldType(NamedTuple):
         base: a primitive type, ``string``, ``wstring``, or the full name of another type, for example
             ``std_msgs/msg/Header``.
         length: how many values it has.
-        size: number of elements of a fixed array; maximum number of those of a bounded sequence.
+        size: number of elements of a fixed array, or maximum number of elements of a bounded sequence.
         string_bound: maximum length of a string; 0 if there is none.
     """
 
@@ -76,7 +76,7 @@ class Field(NamedTuple):
 
 
 class MessageType(NamedTuple):
-    """A message type, or a part of a service's or action's.
+    """A message type, or a part of a service or action type.
 
     Attributes:
         name: its full name, for example ``std_msgs/msg/String`` or ``example_interfaces/srv/AddTwoInts_Request``.

@@ -1,4 +1,4 @@
-"""Finds the types that a type uses, and puts collections of types on top of each other. No I/O."""
+"""Finds the types that a type uses, and stacks collections of types. No I/O."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ _MAX_DEPTH = 64
 class LayeredTypes(Mapping[str, MessageType]):
     """Several collections of types as one.
 
-    A collection that converts its types on access, such as a distribution's, is only asked for the types that are
-    needed.
+    Only the types that are needed are looked up, since some collections, such as a distribution's, convert types on
+    access.
 
     Args:
-        layers: the collections; if several have a type, the first one counts.
+        layers: the collections; earlier ones take precedence.
     """
 
     def __init__(self, *layers: Types) -> None:
@@ -56,7 +56,7 @@ def all_types(names: Iterable[str], types: Types, *, may_miss: bool = False) -> 
 
     Args:
         names: full names of the types.
-        types: where they are.
+        types: contains the types.
         may_miss: whether to leave out types that are not in `types`.
 
     Raises:

@@ -1,7 +1,7 @@
-"""The types of the ROS 2 packages that are installed here, from the definitions in their ``share`` folders.
+"""The types of the installed ROS 2 packages, from the definitions in their ``share`` folders.
 
-A package's folder is the one that belongs to its Python modules, which rclpy uses; otherwise, one in AMENT_PREFIX_PATH.
-Definitions are read when they are asked for. Nothing is imported.
+A package's folder is the one that belongs to its Python modules, which rclpy uses, or else one in AMENT_PREFIX_PATH.
+Definitions are read on demand. Nothing is imported.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from pyros1.ros2_types.nesting import LayeredTypes
 from pyros1.ros2_types.type_hash import service_hash, type_hash
 
 MAX_PACKAGES = 10_000
-"""Maximum number of names of packages, and of types, that are remembered: others may ask for anything."""
+"""Maximum number of package names, and of types, that are remembered, since other programs may name any."""
 _COMPOSED = ("_SendGoal", "_GetResult", "_FeedbackMessage")
 
 
@@ -28,7 +28,7 @@ class RclpyPackages(Mapping[str, MessageType]):
     """The message types of all installed packages, and the parts of their services and actions.
 
     Args:
-        prefixes: folders with a folder ``share``, besides those that belong to Python modules; None for those in
+        prefixes: folders with a ``share`` folder, besides those that belong to Python modules; None for those in
             AMENT_PREFIX_PATH.
     """
 
@@ -59,7 +59,7 @@ class RclpyPackages(Mapping[str, MessageType]):
         return len(self._types)
 
     def problem(self, name: str) -> str:
-        """Return why a type of a message, service or action is not known; empty if it is."""
+        """Return why a message, service or action type is not known; empty if it is."""
         if not is_type_name(name):
             return f"'{name:.200}' is not the name of a ROS 2 type"
         package, kind, short = name.split("/")
@@ -87,11 +87,11 @@ class RclpyPackages(Mapping[str, MessageType]):
         return self._hashes[name]
 
     def packages(self) -> list[str]:
-        """Return the names of the packages with definitions in AMENT_PREFIX_PATH, and beside rclpy, sorted."""
+        """Return the names of the packages with definitions in AMENT_PREFIX_PATH or next to rclpy, sorted."""
         return sorted({path.parts[-3] for kind in PARTS for path in self._definitions(kind)})
 
     def messages(self) -> list[str]:
-        """Return the names of the message types with definitions there, sorted."""
+        """Return the names of the message types defined in these packages, sorted."""
         return sorted({f"{path.parts[-3]}/msg/{path.stem}" for path in self._definitions("msg")})
 
     def _definitions(self, kind: str) -> Iterator[Path]:
@@ -113,7 +113,7 @@ class RclpyPackages(Mapping[str, MessageType]):
         return next(filter(Path.is_file, files), None)
 
     def _read(self, name: str) -> None:
-        """Read the definition of a type, or of that of which it is a part, if there is one."""
+        """Read the definition of a type, or of the service or action that it is part of, if there is one."""
         if not is_type_name(name) or name in self._problems:
             return
         package, kind, short = name.split("/")
@@ -142,10 +142,10 @@ def _read_text(path: Path) -> str:
 
 
 def _prefixes_of(package: str) -> Iterator[Path]:
-    """Yield the folders above a Python package, from the nearest one on."""
+    """Yield the folders above a Python package that have a ``share`` folder, nearest first."""
     try:
         spec = find_spec(package)
-    except (ImportError, ValueError):  # what has this name is no package
+    except (ImportError, ValueError):  # the name is not a package's
         return
     for location in (spec.submodule_search_locations or ()) if spec is not None else ():
         for parent in Path(location).parents:
@@ -154,7 +154,7 @@ def _prefixes_of(package: str) -> Iterator[Path]:
 
 
 def _whole(kind: str, short: str) -> str:
-    """Return the name of the service or action of which a type is a part; the name itself if it is none."""
+    """Return the name of the service or action that a type is part of, or the type's own name."""
     if kind == "msg":
         return short
     for part in (*PARTS["srv"], *PARTS["action"], "_Event"):

@@ -24,17 +24,17 @@ def ros1_definition(
     to_ros1: Callable[[str], str],
     find_installed: Callable[[str], MessageSpec | None],
 ) -> str:
-    """Return the ROS 1 definition of a ROS 2 type, followed by those of the types that it uses.
+    """Return the ROS 1 definition of a ROS 2 type, followed by the definitions of the types that it uses.
 
     Types that ROS 1 has keep their definitions. In others, strings and sequences lose their maximum lengths, since
-    ROS 1 has none, and ``wstring`` becomes ``string``; a ``byte`` remains one, with the same 8 bits, although it is
-    from -128 to 127 in ROS 1, and from 0 to 255 in ROS 2. They have no constants.
+    ROS 1 has none, and ``wstring`` becomes ``string``. A ``byte`` keeps its 8 bits, although it ranges from -128 to 127
+    in ROS 1, and from 0 to 255 in ROS 2. Constants are left out.
 
     Args:
         name: full name of a message type, or of a part of a service or action.
         types: the type and all types that it uses.
         to_ros1: returns the name of a type in ROS 1, see `pyros1.ros2_types.counterparts.Counterparts.to_ros1`.
-        find_installed: returns the definition of a type that ROS 1 has, by its name there; None if it does not.
+        find_installed: returns ROS 1's definition of a type, by its ROS 1 name; None if ROS 1 does not have the type.
 
     Returns:
         A text in the format of the field ``message_definition`` of connection headers.

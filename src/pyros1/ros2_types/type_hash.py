@@ -1,7 +1,7 @@
 """Computes type hashes (RIHS01, https://github.com/ros-infrastructure/rep/pull/381), by which ROS 2 compares types.
 
-The hash covers names and types of all fields, in the type and in those that it uses, but no defaults, constants and
-comments. Does no I/O.
+The hash covers the names and types of all fields, in the type and the types that it uses, but no defaults, constants or
+comments. No I/O.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from pyros1.ros2_types.nesting import LayeredTypes, all_types
 
 _PREFIX = "RIHS01_"
 
-# Numbers of type_description_interfaces/msg/FieldType.
+# The numbers in type_description_interfaces/msg/FieldType.
 _NESTED_ID = 1
 _TYPE_IDS = {
     "int8": 2,
@@ -96,7 +96,7 @@ def action_hash(name: str, types: Types) -> str:
 
 def _describe(message_type: MessageType) -> dict[str, object]:
     fields = message_type.fields or (FILLER,)
-    # The order of the keys is that of the text that is hashed.
+    # The keys must be in this order, since the JSON text is hashed.
     return {
         "type_name": message_type.name,
         "fields": [{"name": field.name, "type": _describe_field_type(field.type)} for field in fields],

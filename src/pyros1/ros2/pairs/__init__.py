@@ -1,1 +1,1 @@
-"""Pairs of ROS 1 and ROS 2 types: those that were found, and those of mapping files."""
+"""Pairs ROS 1 and ROS 2 types, using the known definitions and mapping files."""

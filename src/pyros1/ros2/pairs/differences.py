@@ -9,12 +9,12 @@ from pyros1.ros2.bridge.service_plan import ServicePlan
 from pyros1.ros2_types.transcoding.transcoder import Transcoder
 
 MAX_TYPES = 5_000
-"""Maximum number of pairs of types that are remembered as reported."""
+"""Maximum number of type pairs that are remembered as reported."""
 _MAX_FIELDS = 8
 
 
 def difference(ros1: str, ros2: str, transcoder: Transcoder) -> str:
-    """Return a line with the fields only one of two types has; empty if there are none.
+    """Return a line with the fields that only one of two types has; empty if there are none.
 
     Args:
         ros1, ros2: the names of the types.
@@ -37,7 +37,7 @@ class Differences:
         self._said: dict[tuple[str, str, Transcoder], None] = {}
 
     def new(self, plan: Plan, services: ServicePlan) -> Iterator[str]:
-        """Yield the lines of which none has been returned before, for the types in plans."""
+        """Yield the lines about types in plans that have not been yielded before."""
         pairs = [announced.pair for announced in plan.announces.values()]
         pairs += [pair for taken in plan.takes.values() for pair, _ in taken.keys.values()]
         found = [(pair.ros1, pair.ros2, pair.transcoder) for pair in pairs]

@@ -1,7 +1,7 @@
-"""Caches lookups of types, also those that failed, since they are slow. No I/O.
+"""Caches type lookups, which are slow, including failed ones. No I/O.
 
-A ROS 2 program can name any number of unknown types, so both the time spent on failed lookups and the number of
-failures that are cached are limited. Types that were found are cached separately, and stay.
+A ROS 2 program can name any number of unknown types, so both the time spent on their lookups and the number of cached
+failures are limited. Types that were found are cached separately, so that failures cannot displace them.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from typing import Generic, TypeVar
 from pyros1.ground.errors import Error, UnknownTypeError
 
 MAX_FAILURES = 25_000
-"""Maximum number of failures that are remembered: more than there can be publishers, subscribers and so on."""
+"""Maximum number of cached failures: more than there can be publishers, subscribers etc. at a time."""
 _MAX_FOUND = 5_000
 _BUDGET = 2.0
 _BUDGET_RATE = 0.2
@@ -23,11 +23,11 @@ _Key = tuple[str | None, ...]
 
 
 class TimeBudget:
-    """Limits how much of a thread's time may be spent.
+    """Limits how much CPU time a thread may spend on something.
 
     Args:
-        seconds: how much at once, after a pause.
-        rate: how much per second.
+        seconds: the most that may be spent at once, after a pause.
+        rate: how much may be spent per second.
         clock: returns seconds.
         spent: returns the CPU time of this thread in seconds.
     """
@@ -47,7 +47,7 @@ class TimeBudget:
 
     @property
     def has_time_left(self) -> bool:
-        """Whether there is time left."""
+        """Whether the budget is not used up."""
         now = self._clock()
         self._left = min(self._seconds, self._left + (now - self._at) * self._rate)
         self._at = now
@@ -66,17 +66,17 @@ class LookupCache(Generic[_Found]):
     """A cache of results and failures, by key. Not thread-safe.
 
     Args:
-        budget: the time for what is limited.
+        budget: the time for limited lookups.
     """
 
     def __init__(self, budget: TimeBudget) -> None:
         self._budget = budget
         self._found: dict[_Key, _Found] = {}
-        # Only the texts: an exception keeps its callers' frames alive, with whole plans.
+        # Only the texts: an exception would keep its callers' frames alive, with whole plans.
         self._failures: dict[_Key, str] = {}
 
     def get(self, key: _Key, find: Callable[[], _Found], *, is_limited: bool) -> _Found:
-        """Return what is known under a key.
+        """Return the entry for a key; look it up if it is not cached.
 
         Args:
             key: the key.
@@ -103,7 +103,7 @@ class LookupCache(Generic[_Found]):
         raise UnknownTypeError(self._failures[key])
 
     def put(self, key: _Key, found: _Found) -> None:
-        """Remember what has been found."""
+        """Cache what has been found."""
         if len(self._found) >= _MAX_FOUND and key not in self._found:
             del self._found[next(iter(self._found))]
         self._found[key] = found

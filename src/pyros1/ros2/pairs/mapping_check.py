@@ -16,8 +16,8 @@ from pyros1.ros2_types.mapping import TypeMapping, TypeRule
 def check_mapping(mapping: TypeMapping, types: TypePairs) -> Iterator[tuple[str, bool]]:
     """Yield a line for each rule, and whether it can be used.
 
-    A type that only nodes have, and not this machine, is no mistake: it becomes known when they publish it. If other
-    types of its package are known, it may be one; so the rule is used, and the line says what may be meant.
+    A type that this machine does not have is no mistake: it becomes known once a node publishes it. But if other ROS 2
+    types of its package are known, its name may be misspelt; the rule is used anyway, and the line suggests a name.
 
     Args:
         mapping: the rules.
@@ -56,7 +56,7 @@ def _is_service(rule: TypeRule) -> bool:
 
 
 def _known_types_in_package(rule: TypeRule, types: TypePairs) -> list[str]:
-    """Return the known ROS 2 types of the rule's package, by their names without the package."""
+    """Return the names, without the package, of the known ROS 2 types of the rule's package."""
     folder = f"{rule.ros2.rpartition('/')[0]}/"
     return [name.removeprefix(folder) for name in types.known if name.startswith(folder)]
 

@@ -1,8 +1,8 @@
 """Reads the files that say which types and fields have other names in ROS 2, in the format of ros1_bridge
 (https://github.com/ros2/ros1_bridge/blob/master/doc/index.rst).
 
-A file is a list of rules. Each names a ROS 1 package and one of ROS 2, and perhaps a message or a service, and
-perhaps the fields that belong together::
+A file is a list of rules. Each names a ROS 1 package and a ROS 2 package, optionally a message or service in each, and
+optionally the matching fields::
 
     - ros1_package_name: my_msgs
       ros1_message_name: Pose2
@@ -61,7 +61,7 @@ def read_mappings(paths: Iterable[str | os.PathLike[str]]) -> TypeMapping:
 
 
 def _check_new(rule: TypeRule | PackageRule, others: Iterable[TypeRule | PackageRule]) -> None:
-    """Refuse a rule for two types or packages of which an earlier one says something."""
+    """Refuse a rule that duplicates or contradicts an earlier one."""
     for other in others:
         if (rule.ros1, rule.ros2) == (other.ros1, other.ros2):
             raise RulesError(

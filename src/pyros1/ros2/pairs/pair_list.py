@@ -1,4 +1,4 @@
-"""All pairs of types that a bridge to ROS 2 knows from what is installed, as text."""
+"""Lists all pairs of installed types that a bridge to ROS 2 knows, as text."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ class ListedPair(NamedTuple):
 
     Attributes:
         ros1, ros2: the names; empty on the side that has no such type.
-        note: why there is no pair, or where the definition of one side is from; empty if both sides have their own.
+        note: why there is no pair, or which side's definition is used; empty if both sides have their own.
     """
 
     ros1: str
@@ -33,13 +33,13 @@ class ListedPair(NamedTuple):
 def list_messages(
     pairs: TypePairs, installed: Iterable[str], there: Types, wanted: Collection[str] = ()
 ) -> Iterator[ListedPair]:
-    """Yield the pairs of message types, those that only ROS 2 has at the end.
+    """Yield the pairs of message types; types that only ROS 2 has come last.
 
     Args:
         pairs: finds the types.
         installed: the names of the ROS 1 types.
-        there: those of a ROS 2 distribution.
-        wanted: the names of which only to list the pairs, in ROS 1 or in ROS 2; empty for all.
+        there: the types of a ROS 2 distribution.
+        wanted: the ROS 1 or ROS 2 names of the types to list; empty for all.
     """
     seen: set[str] = set()
     for name in installed:
@@ -61,12 +61,12 @@ def list_messages(
 
 
 def list_services(pairs: TypePairs, installed: Iterable[str], wanted: Collection[str] = ()) -> Iterator[ListedPair]:
-    """Yield the pairs of service types. Those that only ROS 2 has are not known here.
+    """Yield the pairs of service types. Services that only ROS 2 has are not known here.
 
     Args:
         pairs: finds the types.
         installed: the names of the ROS 1 types.
-        wanted: the names of which only to list the pairs, in ROS 1 or in ROS 2; empty for all.
+        wanted: the ROS 1 or ROS 2 names of the types to list; empty for all.
     """
     for name in installed:
         if not wanted or name in wanted or name.replace("/", "/srv/") in wanted:

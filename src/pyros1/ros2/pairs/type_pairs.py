@@ -1,8 +1,8 @@
-"""Pairs ROS 1 and ROS 2 types, and makes converters for messages and calls: finds definitions by name and hash.
+"""Pairs ROS 1 and ROS 2 types by name and hash, and makes converters for messages and calls.
 
-A service has the definition of a ROS 2 package that is on this machine, if there is one, and otherwise that of
-ROS 1. Those of the standard packages are the same in ROS 2, up to the messages that they use, and no distribution's
-definitions of services are at hand.
+For a service, the definition in a ROS 2 package on this machine is used if there is one, and otherwise the ROS 1
+definition: pyros1 has no ROS 2 distribution's service definitions, but those of the standard packages are the same as
+in ROS 1, except for the messages that they use.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from pyros1.ros2_types.transcoding.transcoder import Transcoder
 from pyros1.ros2_types.type_hash import service_hash, type_hash
 
 DISTRIBUTIONS = ("jazzy", "kilted", "lyrical", "iron", "humble")
-"""The ROS 2 distributions among whose types a hash is looked up, in this order."""
+"""The ROS 2 distributions in which a hash is looked up, in this order."""
 
 _HINT = "--ros2-packages names a folder with ROS 2 packages"
 
@@ -40,9 +40,9 @@ class TypePair(NamedTuple):
 
     Attributes:
         ros1: its name in ROS 1.
-        md5sum, definition: its md5 sum and full definition there.
+        md5sum, definition: its md5 sum and full definition in ROS 1.
         ros2: its name in ROS 2.
-        hash: its hash there.
+        hash: its hash in ROS 2.
         transcoder: converts messages.
     """
 
@@ -60,7 +60,7 @@ class ServicePair(NamedTuple):
     Attributes:
         ros1, md5sum: its name and md5 sum in ROS 1.
         ros2, hash: its name and hash in ROS 2.
-        request, response: these convert requests and responses.
+        request, response: convert requests and responses.
     """
 
     ros1: str
@@ -72,17 +72,17 @@ class ServicePair(NamedTuple):
 
 
 class TypePairs:
-    """Finds the types of both sides, and remembers what it has found, also what it could not find. Not thread-safe.
+    """Finds the types of both sides, and caches what it has and has not found. Not thread-safe.
 
     Args:
         distribution: the ROS 2 distribution whose types are used by default.
-        mapping: which types and fields have other names; None for the standard ones.
+        mapping: which types and fields have different names in ROS 2; None for the standard mapping.
         installed: the types of ROS 2 packages on this machine; they are tried first.
-        budget: the time for types that ROS 2 asks for, which may be anything; None for that of a running bridge.
+        budget: the time for looking up types that ROS 2 names, which may be anything; None for the default budget.
         beside_rclpy: the types of the packages that rclpy can use; if given, no others are used.
 
     Attributes:
-        known: the ROS 2 types that are known, by name.
+        known: the known ROS 2 types, by name.
         actions: finds the types of actions.
 
     Raises:
@@ -107,7 +107,7 @@ class TypePairs:
         self.known = LayeredTypes(installed, self._distributions[distribution])
         self._counterparts = Counterparts(self.known, self._mapping, _is_in_ros1)
         self._definitions = DefinitionCache(prefer_installed=True)
-        # What ROS 2 asks for may be anything, and costs up to 20 ms; what ROS 1 publishes is always looked up.
+        # ROS 2 may name any types, and a lookup takes up to 20 ms; types that ROS 1 publishes are always looked up.
         budget = budget or TimeBudget()
         self._found = LookupCache[TypePair](budget)
         self._found_services = LookupCache[ServicePair](budget)
@@ -121,7 +121,7 @@ class TypePairs:
         )
 
     def name_in_ros2(self, type: str) -> str:
-        """Return the name that a ROS 1 message type has in ROS 2.
+        """Return the ROS 2 name of a ROS 1 message type.
 
         Raises:
             DefinitionError: `type` is not of the form ``package/Type``.
@@ -133,12 +133,12 @@ class TypePairs:
 
         Args:
             type, md5sum, definition: the type.
-            hash: the hash that ROS 2 expects; None for the one of the usual distribution.
+            hash: the hash that ROS 2 expects; None for the default distribution's.
 
         Raises:
             Error: it is not known, or ROS 2 expects another type of this name.
         """
-        # With another definition, it may be known.
+        # The definition is part of the key, since a lookup that failed may succeed with another definition.
         key = (type, md5sum, hash, definition)
         pair = self._found.get(key, lambda: self._for_ros1(type, md5sum, definition, hash), is_limited=hash is not None)
         self._found.put((type, md5sum, pair.hash, definition), pair)
@@ -164,7 +164,7 @@ class TypePairs:
 
         Args:
             type, md5sum: the type of the service.
-            hash: the hash that ROS 2 expects; None for the one of the usual distribution.
+            hash: the hash that ROS 2 expects; None for the default distribution's.
 
         Raises:
             Error: its definition is not known here, or ROS 2 expects another type of this name.
@@ -179,14 +179,14 @@ class TypePairs:
             type, hash: the type of the service.
 
         Raises:
-            Error: ROS 1 has no service type of this name here, or another one.
+            Error: ROS 1 has no service type of this name here, or a different one.
         """
         return self._found_services.get(
             (type, hash), lambda: self._service(self._ros1_service(type), "*", hash), is_limited=True
         )
 
     def _ros1_service(self, type: str) -> str:
-        """Return the name in ROS 1 of a ROS 2 service: the one that rules say, or the same one if only that is known
+        """Return the ROS 1 name of a ROS 2 service: the name given by rules, or the same name if only that is known
         here.
         """
         name = self._counterparts.to_ros1(type)
@@ -195,7 +195,7 @@ class TypePairs:
         return name if _is_in_ros1(name, True) or not _is_in_ros1(same_name, True) else same_name
 
     def has_ros2_definition(self, type: str) -> bool:
-        """Return whether there is a ROS 2 definition of a message or service, other than that of ROS 1."""
+        """Return whether a message or service has its own ROS 2 definition, not only the ROS 1 definition."""
         return type in self.known or f"{type}_Request" in self.known
 
     def _for_ros1(self, type: str, md5sum: str, definition: str, hash: str | None) -> TypePair:
@@ -260,7 +260,7 @@ class TypePairs:
         raise UnknownTypeError(f"ROS 2 has another definition of {name} than ROS 1 has here")
 
     def _all_types(self, hash: str | None) -> Iterator[Types]:
-        """Yield the types of the distributions that can have a type with such a hash."""
+        """Yield the types of each distribution that can have a type with a given hash."""
         order = ("humble",) if hash == HUMBLE_HASH else (self._default, *DISTRIBUTIONS)
         if self._beside_rclpy is not None:
             order = (self._default,)
@@ -274,8 +274,8 @@ class TypePairs:
         return "" if self._beside_rclpy is None else self._beside_rclpy.problem(name)
 
     def _candidates(self, name: str, root: str, specs: dict[str, MessageSpec], hash: str | None) -> Iterator[Types]:
-        """Yield ROS 2 types among which one of that name may be the right one: those of distributions, and the one
-        that follows from the definition in ROS 1, if that is given.
+        """Yield sets of ROS 2 types that may contain the right type of that name: those of distributions, and the one
+        derived from the ROS 1 definition, if that is given.
         """
         if name in self._installed:
             yield self.known
@@ -286,7 +286,7 @@ class TypePairs:
     def _service_candidates(
         self, name: str, spec: ServiceSpec, specs: dict[str, MessageSpec], hash: str | None
     ) -> Iterator[Types]:
-        """Yield ROS 2 types among which the service of that name may be the right one."""
+        """Yield sets of ROS 2 types that may contain the right service of that name."""
         if f"{name}_Request" in self._installed:
             yield self.known
         derived = {} if self._beside_rclpy is not None else self._counterparts.derive_service(spec, specs.__getitem__)
@@ -295,10 +295,10 @@ class TypePairs:
 
 
 def _checked(name: str) -> str:
-    """Return a name of a type in ROS 2.
+    """Return a type's name in ROS 2, after checking it.
 
     Raises:
-        InvalidNameError: it cannot be part of a key, since it is too long; the bridge must not try.
+        InvalidNameError: it is too long for a key.
     """
     dds_type(name)
     return name
@@ -324,8 +324,8 @@ def _specs(type: str, text: str, service: Mapping[str, MessageSpec] | None = Non
     """Return the types in a full text.
 
     Args:
-        type, text: its name, and the text.
-        service: request and response, if it is one of a service.
+        type, text: the type's name and full text.
+        service: the request and response, if it is a service.
     """
     texts = split_full_text(type, text)
     if service is not None:

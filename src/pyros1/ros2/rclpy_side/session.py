@@ -1,7 +1,7 @@
 """A bridge's node in ROS 2 through rclpy.
 
 Messages are sent and received encoded. A session has two threads: one runs rclpy's executor, and creates and destroys
-all entities of the node, so rclpy never waits on an entity that is being destroyed; the other one polls the graph.
+all of the node's entities, so that rclpy never waits on an entity that is being destroyed; the other polls the graph.
 """
 
 from __future__ import annotations
@@ -36,10 +36,10 @@ GRAPH_PERIOD = 0.5
 _CHANGING_PERIOD = 0.1
 """The same while the graph is changing, as at the start."""
 _GRAPH_FACTOR = 10
-"""Seconds between reads for each second that a read takes."""
+"""Seconds between reads, per second that a read takes."""
 _DECLARE_TIME = 10.0
 RETRY_PERIOD = 0.1
-"""Seconds after an error of rclpy."""
+"""Seconds to wait after an rclpy error."""
 CLOSE_TIME = 3.0
 _Published = tuple[DataKey, Qos, Priority]
 _Name = TypeVar("_Name", str, DataKey)
@@ -47,7 +47,7 @@ _How = TypeVar("_How")
 
 
 class DeclarationError(Error):
-    """rclpy does not declare anything in time, or fails."""
+    """rclpy did not declare everything in time, or failed."""
 
 
 class RclpySession:
@@ -56,11 +56,11 @@ class RclpySession:
     Args:
         node: the name of its node in ROS 2.
         domain: the ROS domain.
-        classes: finds the classes of types.
-        on_token: called with a token for each ROS 2 entity, and whether it is there or gone.
-        on_message: called with the key, the encoded message and the attachment of each message, and with what stands
-            for its publisher's process, which is empty if rclpy does not provide it.
-        on_call: called with each call of a service that is offered.
+        classes: finds message and service classes.
+        on_token: called with a token for each ROS 2 entity, and whether it exists or is gone.
+        on_message: called with the key, encoded message and attachment of each message, and the id of its publisher's
+            process; empty if rclpy does not provide it.
+        on_call: called with each call of an offered service.
 
     Raises:
         LinkError: rclpy cannot be imported, or cannot start.
@@ -92,7 +92,7 @@ class RclpySession:
         self._clients: dict[tuple[DataKey, None], Any] = {}
         self._by_route: dict[str, tuple[str, Any]] = {}  # the topic, and the publisher
         self._numbers = count(1)
-        self._turns: dict[str, int] = {}  # topic -> messages of publishers that rclpy did not name
+        self._turns: dict[str, int] = {}  # topic -> number of messages whose publishers rclpy did not name
         self._pending: set[Any] = set()  # futures of responses
         self._closing = threading.Event()
         try:
@@ -120,7 +120,7 @@ class RclpySession:
                 self.problem = ""
             except NoResponse:
                 pass
-            except Exception as error:  # noqa: BLE001 - one callback's or rclpy's own: the others must go on
+            except Exception as error:  # noqa: BLE001 - from a callback or rclpy: other callbacks must go on
                 if not self._context.ok():
                     self.problem = "rclpy was shut down"
                     return
@@ -168,10 +168,10 @@ class RclpySession:
         return refused
 
     def _in_executor(self, function: Callable[..., None], *arguments: Any) -> None:
-        """Run a function in the executor's thread, and wait for its end.
+        """Run a function in the executor's thread, and wait until it returns.
 
         Raises:
-            DeclarationError: this takes too long, or it fails.
+            DeclarationError: it takes too long, or fails.
         """
         done = threading.Event()
         errors: list[Exception] = []
@@ -223,7 +223,7 @@ class RclpySession:
         old.destroy_node()
 
     def look_for_routers(self) -> None:
-        """Do nothing: ROS 2's middleware has none, or looks for them itself."""
+        """Do nothing: the middleware has no routers, or finds them itself."""
 
     def _publish(self, _route: str, how: _Published) -> Any:
         key, qos, _ = how
@@ -268,7 +268,7 @@ class RclpySession:
     # Messages ---------------------------------------------------------------------------------------------------------
 
     def _receiver(self, key: DataKey, is_latched: bool) -> Callable[..., None]:
-        """Return the callback of a subscriber. rclpy looks at its arguments to know what to pass."""
+        """Return the callback of a subscriber. rclpy inspects its parameters to decide what to pass."""
 
         def receive(body: bytes, info: Mapping[str, Any]) -> None:
             gid = bytes((info.get("publisher_gid") or {}).get("data", b""))[:GID_SIZE]
@@ -286,14 +286,14 @@ class RclpySession:
             self._on_message(key, body, encode_attachment(attachment), process_id(gid) if gid else "")
 
     def _next_source(self, topic: str) -> bytes:
-        """Return what stands for the publisher of a latched message, which rclpy of Humble and Jazzy does not name: of
-        a topic, as many messages are kept as there are publishers, the newest.
+        """Return a stand-in for the GID of a latched message's publisher, which rclpy does not name before Kilted. The
+        stand-ins rotate, so the newest messages of a topic are kept, as many as it has publishers.
         """
         turn = self._turns[topic] = self._turns.get(topic, -1) + 1
         return (turn % max(1, self._graph.latched_publishers(topic))).to_bytes(GID_SIZE, "big")
 
     def send(self, packet: Send) -> None:
-        """Send a message; a publisher that no longer exists sends nothing."""
+        """Send a message; do nothing if its publisher no longer exists."""
         topic, publisher = self._by_route.get(packet.key, ("", None))
         if publisher is None or self._closing.is_set():
             return
@@ -305,7 +305,7 @@ class RclpySession:
                 raise
 
     def try_send(self, packet: Send) -> bool:
-        """Send a message, since rclpy hands it to other threads or to the network, and hardly ever waits."""
+        """Send a message and return True: rclpy hands it to other threads or the network, and hardly ever blocks."""
         self.send(packet)
         return True
 
@@ -313,7 +313,7 @@ class RclpySession:
         """Do nothing: `declare` sets what to receive."""
 
     def connections(self) -> list[Connection]:
-        """Return none: the middleware does not tell them."""
+        """Return an empty list: the middleware does not report connections."""
         return []
 
     # Calls ------------------------------------------------------------------------------------------------------------
@@ -346,7 +346,7 @@ class RclpySession:
     # Shutdown ---------------------------------------------------------------------------------------------------------
 
     def close(self) -> None:
-        """End the node and the threads. This waits at most some seconds: the middleware may hang."""
+        """End the node and the threads. This waits only a few seconds, since the middleware may hang."""
         self._closing.set()
         self._outgoing_calls.close()
         closer = threading.Thread(target=self._end, name="bridge: end of rclpy", daemon=True)
@@ -359,7 +359,7 @@ class RclpySession:
         self._wake()
         for thread in self._threads:
             thread.join(CLOSE_TIME)
-        with suppress(Exception):  # somebody else may have shut down the context
+        with suppress(Exception):  # the context may have been shut down already
             self._executor.shutdown(timeout_sec=0)
             self.session.destroy_node()
             self._context.try_shutdown()
@@ -372,7 +372,7 @@ def _adjust(
     destroy: Callable[[Any], object],
     refused: dict[str, str],
 ) -> None:
-    """Declare what is missing, and destroy what is no longer needed; add what cannot be declared to `refused`."""
+    """Declare what is missing, and destroy what is no longer needed; add failures to `refused`."""
     for each in declared.keys() - {*wanted.items()}:
         destroy(declared.pop(each))
     for key, how in wanted.items():

@@ -1,7 +1,7 @@
 """Finds rclpy's message and service classes by name, including those of the user's own packages.
 
-The names come from other programs, and to import a module is to run it: so only packages are imported that have a
-definition of the type in their ``share`` folder.
+The names come from other programs, and importing a module runs it, so a package is only imported if its ``share``
+folder has a definition of the type.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ class TypeClasses:
     """The classes of messages and services.
 
     Args:
-        types: the types that are installed.
+        types: the installed types.
     """
 
     def __init__(self, types: RclpyPackages) -> None:

@@ -1,1 +1,1 @@
-"""The network of rmw_zenoh, with which ROS 2 programs find each other and exchange messages over zenoh."""
+"""rmw_zenoh's protocol, with which ROS 2 programs find each other and exchange messages over zenoh."""

@@ -1,6 +1,6 @@
-"""The attachment that each message, request and response of rmw_zenoh has; without it, rmw_zenoh drops them. No I/O.
+"""The attachment of each rmw_zenoh message, request and response; rmw_zenoh drops those without one. No I/O.
 
-zenoh's serialization writes integers in little endian, and texts and lists of bytes after their length.
+zenoh's serialization writes integers in little endian, and strings and byte lists after their length.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from typing import NamedTuple
 from pyros1.ground.errors import SerializationError
 
 GID_SIZE = 16
-"""Size in bytes of a GID, the identifier of a publisher, client and so on."""
+"""Size in bytes of a GID, the identifier of a publisher, client etc."""
 _FORM = struct.Struct("<qqB16s")
 # rmw_zenoh of ROS 2 Humble before version 0.1.2.
 _KEYED_FORM = struct.Struct("<16sq17sq12s16s")
@@ -23,10 +23,10 @@ class Attachment(NamedTuple):
     """The attachment of a message, request or response.
 
     Attributes:
-        sequence_number: number of the message among those of its publisher, from 1 on; of the request among those of
-            its client; of the request that is answered.
+        sequence_number: the number, from 1, of a message from its publisher, or of a request from its client; in a
+            response, the number of its request.
         source_time: time at which it was sent, in nanoseconds since 1970.
-        gid: 16 bytes that identify its publisher or, also in responses, the client.
+        gid: 16 bytes that identify the publisher of a message, or the client of a request or response.
     """
 
     sequence_number: int
@@ -38,7 +38,7 @@ def encode_attachment(attachment: Attachment) -> bytes:
     """Return an attachment as 33 bytes.
 
     Raises:
-        SerializationError: a number is out of range, or the GID is not of 16 bytes.
+        SerializationError: a number is out of range, or the GID does not have 16 bytes.
     """
     number, time, gid = attachment
     if not (-_LIMIT <= number < _LIMIT and -_LIMIT <= time < _LIMIT and len(gid) == GID_SIZE):
@@ -47,7 +47,7 @@ def encode_attachment(attachment: Attachment) -> bytes:
 
 
 def decode_attachment(data: bytes) -> Attachment | None:
-    """Return an attachment that another program has written, now or before version 0.1.2; None if it is not one."""
+    """Return an attachment written by any version of rmw_zenoh, including before 0.1.2; None if it is not one."""
     if len(data) == _FORM.size:
         number, time, size, gid = _FORM.unpack(data)
         return Attachment(number, time, gid) if size == GID_SIZE else None

@@ -1,4 +1,4 @@
-"""Calls of services over zenoh, as rmw_zenoh makes them: a call is a query, and its response a reply to it."""
+"""Service calls over zenoh, as rmw_zenoh makes them: a call is a query, and its response is a reply to it."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _MAX_ERROR = 1000
 
 
 class IncomingCall:
-    """A call that a client in ROS 2 has made. The receiver must end it by one of its methods.
+    """A call from a client in ROS 2. The receiver must end it with one of its methods.
 
     Args:
         key: the key of the service.
@@ -31,7 +31,7 @@ class IncomingCall:
     Attributes:
         key: the key of the service.
         body: the encoded request; empty if it is not valid.
-        origin: the attachment of the request; None if the call is not one of a ROS 2 node, and must be dropped.
+        origin: the attachment of the request; None if the call is not from a ROS 2 node, and must be dropped.
     """
 
     def __init__(self, key: DataKey, query: zenoh.Query) -> None:
@@ -60,8 +60,8 @@ class IncomingCall:
             self.drop()
 
     def fail(self, text: str) -> None:
-        """Tell the client why there will be no response. ROS 2 has no errors of services: rmw_zenoh logs the text, and
-        its client waits on.
+        """Tell the client why there will be no response. ROS 2 services cannot return errors: rmw_zenoh logs the text,
+        and its client keeps waiting.
         """
         with suppress(Exception):  # zenoh's, if the session is closed meanwhile
             self._query.reply_err(text.encode("utf-8", "replace")[:_MAX_ERROR])
@@ -73,10 +73,11 @@ class IncomingCall:
 
 
 class LaterReply:
-    """Passes on the first reply to a call; there may be more, which are ignored.
+    """Passes on the first reply to a call, and ignores any others.
 
     Args:
-        done: called once with the encoded response, or with why there is none, on any thread. It must return at once.
+        done: called once, on any thread, with the encoded response or the reason why there is none. It must return at
+            once.
     """
 
     def __init__(self, done: Callable[[bytes | ServiceRefusal], object]) -> None:
@@ -100,7 +101,7 @@ class LaterReply:
             done(response)
 
     def withdraw(self) -> bool:
-        """Pass on nothing from now on, and return whether nothing was passed on before."""
+        """Pass on nothing from now on; return whether nothing had been passed on yet."""
         with self._lock:
             done, self._done = self._done, None
         return done is not None

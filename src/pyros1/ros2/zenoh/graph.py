@@ -1,4 +1,4 @@
-"""The ROS 2 graph: the nodes, topics and services that the liveliness tokens announce. No I/O, no locks."""
+"""The ROS 2 graph: the nodes, topics and services announced by liveliness tokens. No I/O, no locks."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from pyros1.ros2.zenoh.tokens import Entity, Kind, parse_token
 MAX_ENTITIES = 20_000
 """Maximum number of tokens that are kept."""
 MAX_SESSION_ENTITIES = 10_000
-"""Maximum number of tokens of one zenoh session that are kept, so that one process cannot take all the room. A ROS 2
-process with 100 nodes has about 2,000.
+"""Maximum number of tokens kept per zenoh session, so that one process cannot take all the room. A ROS 2 process with
+100 nodes has about 2,000.
 """
 MAX_WAITING = 50_000
 
@@ -31,7 +31,7 @@ class Topic(NamedTuple):
 
     @property
     def types(self) -> tuple[HashedType, ...]:
-        """The types under this name, sorted. With more than one, not all of them can hear each other."""
+        """The topic's types, sorted. If there are several, some publishers and subscribers do not match."""
         return _types_of((*self.publishers, *self.subscribers))
 
 
@@ -43,7 +43,7 @@ class Service(NamedTuple):
 
     @property
     def types(self) -> tuple[HashedType, ...]:
-        """The types under this name, sorted. With more than one, not all clients can call."""
+        """The service's types, sorted. If there are several, some clients cannot call it."""
         return _types_of((*self.servers, *self.clients))
 
 
@@ -51,7 +51,7 @@ class Changes(NamedTuple):
     """What has changed since the last check.
 
     Attributes:
-        topics, services: names of those for which an entity came or went.
+        topics, services: names of the topics and services for which an entity came or went.
         nodes: whether a node came or went.
         everything: whether there were too many changes to remember: look at all topics, services and nodes.
     """
@@ -72,8 +72,8 @@ class Ros2Graph:
         max_session_entities: maximum number of tokens of one session that are kept.
 
     Attributes:
-        refused: number of tokens so far for which there was no room. They wait until there is room, since zenoh does
-            not repeat them; what does not even fit among those that wait is missing for good.
+        refused: number of tokens so far for which there was no room. They wait for room, since zenoh does not repeat
+            them; if too many wait, further ones are lost.
     """
 
     def __init__(
@@ -104,8 +104,8 @@ class Ros2Graph:
         """Add a token.
 
         Returns:
-            Whether this changed anything: it did not if the token is known, of another domain or this session, not
-            valid, or if there is no room for it.
+            Whether this changed anything: not if the token is already known, invalid, from another domain or from this
+            session, or if there is no room for it.
         """
         if token in self._entities:
             return False
@@ -141,7 +141,7 @@ class Ros2Graph:
         return entity
 
     def _admit(self) -> None:
-        """Take in a token that waits for room, if there is one. Few sessions can be at their limit."""
+        """Admit a waiting token if there is room for it. The search is fast: few sessions can be at their limit."""
         zid = next((zid for zid in self._waiting if self._has_room(zid)), None)
         if zid is not None:
             token = next(iter(self._waiting[zid]))
@@ -183,7 +183,7 @@ class Ros2Graph:
         return True
 
     def nodes(self) -> tuple[Entity, ...]:
-        """Return all nodes, sorted by their full names; two can have the same."""
+        """Return all nodes, sorted by full name; names need not be unique."""
         return tuple(sorted(self._nodes.values(), key=lambda node: (node.full_node_name, _key(node))))
 
     def topics(self) -> dict[str, Topic]:
@@ -191,31 +191,31 @@ class Ros2Graph:
         return {name: self.topic(name) for name in sorted(self._topics)}
 
     def services(self) -> dict[str, Service]:
-        """Return all services that are offered or for which there is a client, sorted by name."""
+        """Return all services that have a server or a client, sorted by name."""
         return {name: self.service(name) for name in sorted(self._services)}
 
     def topic(self, name: str) -> Topic:
-        """Return who publishes and subscribes to a topic; empty if it is not known."""
+        """Return the publishers and subscribers of a topic; empty if it is not known."""
         return Topic(*_partition(self._topics.get(name, {}).values(), Kind.PUBLISHER))
 
     def publishers(self, name: str) -> dict[str, Entity]:
-        """Return who publishes a topic, by their tokens."""
+        """Return the publishers of a topic, by their tokens."""
         return {token: entity for token, entity in self._topics.get(name, {}).items() if entity.kind is Kind.PUBLISHER}
 
     def service(self, name: str) -> Service:
-        """Return who offers a service, and who has a client for it; empty if it is not known."""
+        """Return the servers and clients of a service; empty if it is not known."""
         return Service(*_partition(self._services.get(name, {}).values(), Kind.SERVICE))
 
     def topic_conflicts(self) -> dict[str, tuple[HashedType, ...]]:
-        """Return the topics with more than one type, or hash of a type, and these."""
+        """Return the topics that have several types, or several hashes of a type, and these types."""
         return _conflicts(self.topics())
 
     def service_conflicts(self) -> dict[str, tuple[HashedType, ...]]:
-        """Return the services with more than one type, or hash of a type, and these."""
+        """Return the services that have several types, or several hashes of a type, and these types."""
         return _conflicts(self.services())
 
     def take_changes(self) -> Changes:
-        """Return what has changed since the last call of this method, or since the start."""
+        """Return what has changed since the last call, or since the start."""
         changes = Changes(
             frozenset(self._changed_topics),
             frozenset(self._changed_services),
@@ -236,7 +236,7 @@ class Ros2Graph:
         elif not self._everything_changed:
             of_topic = entity.kind in (Kind.PUBLISHER, Kind.SUBSCRIBER)
             (self._changed_topics if of_topic else self._changed_services).add(entity.topic)
-            # Others can let ever new names come and go before the owner looks.
+            # Other programs may use any number of new names before the owner looks.
             if len(self._changed_topics) + len(self._changed_services) > self._max_entities:
                 self._changed_topics.clear()
                 self._changed_services.clear()
@@ -248,7 +248,7 @@ def _types_of(entities: Iterable[Entity]) -> tuple[HashedType, ...]:
 
 
 def _partition(entities: Iterable[Entity], kind: Kind) -> tuple[tuple[Entity, ...], tuple[Entity, ...]]:
-    """Return the entities of a kind, and the others, each in the order of their nodes and numbers."""
+    """Return the entities of a kind and the others, both ordered by session, node and number."""
     ordered = sorted(entities, key=_key)
     return (
         tuple(entity for entity in ordered if entity.kind is kind),

@@ -1,4 +1,4 @@
-"""Names as rmw_zenoh writes them: of types, of topics and services, and the keys under which their data goes. No I/O.
+"""Names as rmw_zenoh writes them: of types, topics and services, and the keys for their data. No I/O.
 
 The messages of a topic, and the requests of a service, have the key ``DOMAIN/NAME/DDS TYPE/HASH``, for example
 ``0/chatter/std_msgs::msg::dds_::String_/RIHS01_df66...``. An action has no keys of its own: it has three services and
@@ -14,13 +14,13 @@ from pyros1.ground.errors import InvalidNameError
 from pyros1.ros2_types.model import NAME_PART, TYPE_NAME
 
 HUMBLE_HASH = "TypeHashNotSupported"
-"""The placeholder for a type's hash in ROS 2 Humble, which has no such hashes."""
+"""The placeholder for a type's hash in ROS 2 Humble, which has no type hashes."""
 ANY_HASH = "*"
 """Matches every hash, in the key of a subscriber."""
 MAX_KEY_LENGTH = 1000
 """Longer keys are not parsed."""
 MAX_DOMAIN = 0xFFFF_FFFF
-"""Domains are from 0 to this; only over DDS are there fewer."""
+"""The largest domain; DDS allows fewer."""
 _MAX_NAME_LENGTH = 247
 _NAME = re.compile(r"(?:/[A-Za-z_][A-Za-z0-9_]*)+", re.ASCII)
 _DDS_TYPE = re.compile(rf"({NAME_PART})::(msg|srv|action)::dds_::({NAME_PART})_", re.ASCII)
@@ -32,7 +32,7 @@ class DataKey(NamedTuple):
     """The key of a topic's messages, or of a service's requests.
 
     Attributes:
-        domain: ROS domain, 0 if it is not set.
+        domain: ROS domain, by default 0.
         name: name of the topic or service, for example ``/chatter``.
         type: name of its type, for example ``std_msgs/msg/String`` or ``std_srvs/srv/SetBool``.
         hash: the hash of its type; HUMBLE_HASH; or, in the key of a subscriber, ANY_HASH.
@@ -45,7 +45,7 @@ class DataKey(NamedTuple):
 
 
 def is_full_name(name: str) -> bool:
-    """Return whether this is a legal full name of a topic, a service or a namespace other than ``/`` in ROS 2."""
+    """Return whether this is a legal full name of a ROS 2 topic, service or namespace (other than ``/``)."""
     return len(name) <= _MAX_NAME_LENGTH and _NAME.fullmatch(name) is not None
 
 
@@ -70,7 +70,7 @@ def dds_type(name: str) -> str:
 
 
 def type_of_dds(name: str) -> str | None:
-    """Return the name of the type that has a DDS name; None if it is not one of a ROS 2 type."""
+    """Return the ROS 2 type that has a DDS name; None if there can be none."""
     match = _DDS_TYPE.fullmatch(name)
     return None if match is None else "/".join(match.groups())
 
@@ -90,7 +90,7 @@ def data_key(key: DataKey) -> str:
 
 
 def parse_data_key(text: str) -> DataKey | None:
-    """Return a key that another program has written; None if it is not one, or longer than MAX_KEY_LENGTH."""
+    """Parse another program's key; None if it is not valid, or longer than MAX_KEY_LENGTH."""
     parts = text.rsplit("/", 2) if len(text) <= MAX_KEY_LENGTH else ()
     if len(parts) != 3:
         return None
@@ -113,6 +113,6 @@ def check_domain(domain: int) -> None:
 
 
 def read_number(text: str, maximum: int) -> int | None:
-    """Return the number that a text is in decimal digits; None if it is not one, or more than `maximum`."""
+    """Parse a number in decimal digits; None if it is not one, or more than `maximum`."""
     number = int(text) if _NUMBER.fullmatch(text) else None
     return None if number is None or number > maximum else number

@@ -8,7 +8,7 @@ from pyros1.ground.errors import SerializationError
 from pyros1.ros2.zenoh.names import read_number
 
 UNWRITTEN_DEPTH = 42
-"""The depth that rmw_zenoh means where it writes none, or 0."""
+"""The depth that rmw_zenoh means if it writes none, or 0."""
 _MAX_DEPTH = (1 << 64) - 1
 _LENGTHS = (1, 1, 2, 2, 2, 3)  # numbers in each field
 _BEST_EFFORT = 2
@@ -17,7 +17,7 @@ _KEEP_ALL = 2
 
 
 class Qos(NamedTuple):
-    """The parts of a QoS profile that matter for passing messages on.
+    """The parts of a QoS profile that matter for forwarding messages.
 
     Attributes:
         reliable: whether lost messages are sent again; otherwise *best effort*.
@@ -36,7 +36,7 @@ class Qos(NamedTuple):
 def encode_qos(qos: Qos) -> str:
     """Return a QoS profile as the last part of a token.
 
-    All that `Qos` has is written, as what an empty field means depends on the version of the reader.
+    All fields of `Qos` are written, since the meaning of an empty field depends on the reader's version.
 
     Raises:
         SerializationError: the depth is out of range.
@@ -50,11 +50,11 @@ def encode_qos(qos: Qos) -> str:
 
 
 def decode_qos(text: str) -> Qos | None:
-    """Return a QoS profile that another program has written; None if it is not one.
+    """Parse another program's QoS profile; None if it is not valid.
 
-    An empty field means what it does in rmw_zenoh: reliable, volatile, keep last, UNWRITTEN_DEPTH. In its old versions,
-    an empty durability was *transient local*; the text does not say which version has written it. Numbers that are not
-    known, such as those for *system default*, are read like empty fields.
+    Empty fields mean the same as in rmw_zenoh: reliable, volatile, keep last, UNWRITTEN_DEPTH. In its old versions, an
+    empty durability meant *transient local*, but the text does not tell which version wrote it. Unknown numbers, such
+    as those for *system default*, are read like empty fields.
     """
     fields = [field.split(",", 3) for field in text.split(":", len(_LENGTHS))[: len(_LENGTHS)]]
     if len(fields) < len(_LENGTHS) or any(len(field) < length for field, length in zip(fields, _LENGTHS, strict=True)):

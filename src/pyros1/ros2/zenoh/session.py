@@ -1,6 +1,6 @@
-"""The zenoh session of a bridge: a ROS 2 node with its publishers, subscribers and services, as rmw_zenoh makes it.
+"""The zenoh session of a bridge: a ROS 2 node with publishers, subscribers and services, as rmw_zenoh would make it.
 
-zenoh's callbacks run on its own threads, so what they call must return at once.
+Callbacks run on zenoh's own threads, so they must return at once.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     import zenoh
 
 _HEARTBEAT = 0.5
-"""Seconds between a latched publisher's heartbeats, from which subscribers notice what they have missed."""
+"""Seconds between a latched publisher's heartbeats, by which subscribers notice missed messages."""
 _SERVICE_QOS = Qos()
 """The default QoS of services in ROS 2."""
 _Published = tuple[DataKey, Qos, Priority]
@@ -39,12 +39,12 @@ _How = TypeVar("_How")
 
 
 def make_zid() -> str:
-    """Return a new id of a session in zenoh: it must not begin with a zero."""
+    """Return a new id for a zenoh session, which must not begin with a zero."""
     return "a" + secrets.token_hex(15) + "a"
 
 
 class _Endpoint:
-    """A publisher, subscriber or service with its liveliness token; or that of a client, which has nothing else."""
+    """A publisher, subscriber or service with its liveliness token; a client consists only of its token."""
 
     def __init__(self, declared: Any, session: Any, token: str) -> None:
         self.declared = declared
@@ -69,16 +69,16 @@ class _Endpoint:
 
 
 class Ros2Session(ZenohSession):
-    """A zenoh session; see `pyros1.bridge.transport.link.Link` for what the sender uses of it.
+    """A zenoh session; see `pyros1.bridge.transport.link.Link` for the part that the sender uses.
 
     Args:
         zid: its id in zenoh.
         node: the name of its node in ROS 2.
         domain: the ROS domain.
-        on_token: called with the key of each ROS 2 entity, and whether it is there or gone, on zenoh's threads.
-        on_message: called with the key, the encoded message and the attachment of each message, and with the id of its
-            publisher's session, which is empty if zenoh does not provide it, on zenoh's threads.
-        on_call: called with each call of a service that is offered, on zenoh's threads.
+        on_token: called with the key of each ROS 2 entity, and whether it exists or is gone, on zenoh's threads.
+        on_message: called with the key, encoded message and attachment of each message, and the id of its publisher's
+            session (empty if zenoh does not provide it), on zenoh's threads.
+        on_call: called with each call of an offered service, on zenoh's threads.
         connect, listen, settings: see `pyros1.bridge.transport.zenoh_link.ZenohSession`.
 
     Raises:
@@ -121,7 +121,7 @@ class Ros2Session(ZenohSession):
         super().__init__("ROS 2", connect, listen, {"timestamping/enabled": "true", "id": json.dumps(zid), **settings})
 
     def on_open(self) -> None:
-        """Declare the node, and listen to all others. Called with the lock held."""
+        """Declare the node, and subscribe to all tokens. Called with the lock held."""
         others = self.session.liveliness().declare_subscriber(
             tokens_of(self._domain), self._on_liveliness, history=True
         )
@@ -152,12 +152,12 @@ class Ros2Session(ZenohSession):
             self._fixed[0] = self._declare_node()
 
     def look_for_routers(self) -> None:
-        """Record in `problem` whether there is a router to which this session connects, since zenoh does not say when
-        one is gone: it tries to reach it again and again.
+        """Record in `problem` if this session has no connection to a router, since zenoh does not report a lost router:
+        it just keeps trying to reconnect.
         """
         session = self.session
         if session is not None and self._connect and not self.is_closing:
-            with suppress(self.zenoh.ZError):  # it closes
+            with suppress(self.zenoh.ZError):  # the session is closing
                 is_there = bool(session.info.routers_zid())
                 self.problem = "" if is_there else f"no router responds at {' or '.join(self._connect)}"
 
@@ -277,7 +277,7 @@ class Ros2Session(ZenohSession):
             self._on_message(key, sample.payload.to_bytes(), attachment.to_bytes(), _session_of(sample))
 
     def send(self, packet: Send) -> None:
-        """Send a message. If the network is congested, this waits a short time, and then drops it."""
+        """Send a message. If the network is congested, this waits a short time, and then drops the message."""
         endpoint = self._by_key.get(packet.key)
         if endpoint is not None and not self.is_closing:
             endpoint.declared.put(packet.body, attachment=endpoint.attachment())
@@ -306,12 +306,12 @@ class Ros2Session(ZenohSession):
     ) -> None:
         """See `pyros1.ros2.bridge.side.Ros2Side.start_call`."""
         replies = LaterReply(done)
-        with self.lock:  # those that have ended since the last call
+        with self.lock:  # remove calls that have ended
             self._calls = {each for each in self._calls if not (isinstance(each, LaterReply) and each.is_done)}
         try:
             self._query(key, request, timeout, replies)
         except ServiceRefusal:
-            if replies.withdraw():  # otherwise, zenoh has ended the call, too
+            if replies.withdraw():  # otherwise, the call has already been answered
                 raise
 
     def _query(self, key: DataKey, request: bytes, timeout: float, replies: FirstReply | LaterReply) -> None:
@@ -350,6 +350,6 @@ class Ros2Session(ZenohSession):
 
 
 def _session_of(sample: zenoh.Sample) -> str:
-    """Return the id of the session that has sent a message; empty if zenoh does not provide it."""
+    """Return the id of the session that sent a message; empty if zenoh does not provide it."""
     info = getattr(sample, "source_info", None)
     return "" if info is None or info.source_id is None else str(info.source_id.zid)

@@ -1,10 +1,10 @@
-"""Liveliness tokens, with which rmw_zenoh's nodes announce themselves and their endpoints. No I/O.
+"""Liveliness tokens, with which rmw_zenoh nodes announce themselves and their endpoints. No I/O.
 
 A token is a key that exists as long as a node, publisher, subscriber, service or client does::
 
     @ros2_lv/DOMAIN/ZID/NODE ID/ENTITY ID/KIND/ENCLAVE/NAMESPACE/NODE[/TOPIC/DDS TYPE/HASH/QOS]
 
-with ``%`` for each slash in a name. Newer versions of rmw_zenoh may add parts at the end.
+with ``%`` for each slash in a name. Newer versions of rmw_zenoh may append further parts.
 """
 
 from __future__ import annotations
@@ -50,14 +50,14 @@ class Entity(NamedTuple):
 
     Attributes:
         domain: ROS domain.
-        zid: identifier of the zenoh session, in hexadecimal digits; those of a process share it.
+        zid: identifier of the zenoh session, in hexadecimal digits; usually shared by all nodes of a process.
         node_id: number of the node in the session.
-        entity_id: number of the entity in the session; of a node, its node_id.
-        kind: what it is.
+        entity_id: number of the entity in the session; for a node, its node_id.
+        kind: its kind.
         node_name: name of the node, without its namespace.
         namespace: namespace of the node, ``/`` or for example ``/robot1``.
         enclave: the node's security enclave; ``/`` if it has none.
-        topic: full name of the topic or service; empty for a node, like the rest.
+        topic: full name of the topic or service; for a node, this and the following are unset.
         type: name of its type, for example ``std_msgs/msg/String``.
         hash: the hash of its type, or `names.HUMBLE_HASH`.
         qos: its QoS profile.
@@ -123,9 +123,9 @@ def encode_token(entity: Entity) -> str:
 
 
 def parse_token(text: str) -> Entity | None:
-    """Parse a token of another program; None if it is not a token, or longer than MAX_KEY_LENGTH.
+    """Parse another program's token; None if it is not valid, or longer than MAX_KEY_LENGTH.
 
-    Parts at the end that are not known are ignored.
+    Unknown parts at the end are ignored.
     """
     parts = text.split("/") if len(text) <= MAX_KEY_LENGTH else []
     if len(parts) < 9 or parts[0] != ROOT:
@@ -145,15 +145,14 @@ def parse_token(text: str) -> Entity | None:
 def gid(token: str) -> bytes:
     """Return 16 bytes that identify the entity with this token.
 
-    rmw_zenoh takes another hash (XXH3, which Python does not have) of the same text. For messages and calls, any
-    unique bytes will do. But a ROS 2 program that looks for a message's GID among the publishers in its graph does not
-    find it there.
+    rmw_zenoh uses a different hash (XXH3, which Python does not have) of the same text. For messages and calls, any
+    unique bytes will do, but a ROS 2 program that looks up a message's GID in its graph will not find the publisher.
     """
     return blake2b(token.encode("utf-8", "surrogatepass"), digest_size=GID_SIZE).digest()
 
 
 def _parse_node(parts: list[str]) -> Entity | None:
-    """Return the part of an entity that all tokens have."""
+    """Parse the parts that all tokens have."""
     domain = read_number(parts[1], MAX_DOMAIN)
     node_id, entity_id = read_number(parts[3], _MAX_ID), read_number(parts[4], _MAX_ID)
     kind = next((kind for kind in Kind if kind.value == parts[5]), None)
@@ -172,6 +171,6 @@ def _escape(name: str) -> str:
 
 
 def _unescape(text: str) -> str:
-    """Return the name in a part of a token; some programs leave out the first slash."""
+    """Return the name in a part of a token; some programs leave out the leading slash."""
     name = text.replace("%", "/")
     return f"/{name}" if name and not name.startswith("/") else name

@@ -1,1 +1,1 @@
-"""Converts encoded messages from one side to the other, by functions that are generated for each pair of types."""
+"""Converts encoded messages between ROS 1 and ROS 2, with functions generated for each pair of types."""

@@ -1,4 +1,4 @@
-"""Finds the fields of a ROS 1 type and of a ROS 2 type, and which belong together. No I/O."""
+"""Finds and matches the fields of a ROS 1 type and a ROS 2 type. No I/O."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ _Flat = TypeVar("_Flat")
 
 
 class Flat1(NamedTuple):
-    """A field of a ROS 1 type, perhaps in a nested one, and the name of the type that has it."""
+    """A field of a ROS 1 type or of one nested in it, and the name of the type that has it."""
 
     field: ros1.Field
     owner: str
 
 
 class Flat2(NamedTuple):
-    """A field of a ROS 2 type, perhaps in a nested one."""
+    """A field of a ROS 2 type or of one nested in it."""
 
     field: ros2.Field
 
@@ -33,7 +33,7 @@ def ros1_fields(name: str | None, specs: Mapping[str, ros1.MessageSpec], paths: 
     Args:
         name: its name, ``package/Type``; None if there is none.
         specs: the types.
-        paths: the dotted paths of the requested fields. Messages are replaced by their fields if one is in them.
+        paths: the dotted paths of the requested fields. A message that contains one of them is replaced by its fields.
 
     Returns:
         Path -> field.
@@ -69,7 +69,7 @@ def ros2_fields(name: str | None, types: ros2.Types, paths: Iterable[str]) -> di
 
 
 def partners(fields1: Mapping[str, object], fields2: Mapping[str, object]) -> dict[str, str]:
-    """Return the names of the ROS 2 fields for those of ROS 1, for fields that are matched by name."""
+    """Match fields by name: return ROS 1 name -> ROS 2 name."""
     result = {name: name for name in fields1 if name in fields2}
     for name in fields1:
         lower_name = name.lower()

@@ -1,4 +1,4 @@
-"""Finds out which values have the same bytes in ROS 1 and in CDR. No I/O."""
+"""Determines which values have the same bytes in ROS 1 and in CDR. No I/O."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ _MAX_NUMBERS = 1000
 
 
 def aligned(position: int, width: int) -> int:
-    """Return the first position from ``position`` at which a number of ``width`` bytes may be in CDR."""
+    """Return the first position, from ``position`` on, at which CDR can place a number of ``width`` bytes."""
     return -(-position // width) * width
 
 
 def minimum_size(node: Node, *, in_ros1: bool) -> int:
-    """Return the least number of bytes of a value in ROS 1 or in CDR, there without padding; 0 if it is not there."""
+    """Return the minimum size of a value in ROS 1, or in CDR without padding; 0 if that side lacks the value."""
     if not (node.in_ros1 if in_ros1 else node.in_ros2):
         return 0
     if isinstance(node, Numbers):
@@ -33,7 +33,7 @@ def minimum_size(node: Node, *, in_ros1: bool) -> int:
 
 
 def weight(node: Node) -> int:
-    """Return the number of values of an element, with those of fixed arrays in it; at least 1."""
+    """Return the number of values in an element, including those in fixed arrays; at least 1."""
     if isinstance(node, Array):
         return max(1, node.ros1 or 1, node.ros2 or 1) * weight(node.element)
     if isinstance(node, Record):
@@ -47,7 +47,7 @@ def bulk_layout(node: Node, *, source_is_cdr: bool, skip: bool, residues: Iterab
     Args:
         node: an element.
         source_is_cdr: whether the source is CDR.
-        skip: whether elements are only to be skipped, so that the target does not matter.
+        skip: whether to only skip the elements, so that the target does not matter.
         residues: possible positions in CDR, modulo 8, before the padding that precedes the first element.
 
     Returns:
@@ -62,7 +62,7 @@ def bulk_layout(node: Node, *, source_is_cdr: bool, skip: bool, residues: Iterab
         return size, 1
     for residue in residues:
         start = position = aligned(residue, alignment)
-        for _ in range(8):  # from then on, positions modulo 8 occur again
+        for _ in range(8):  # after that, positions modulo 8 repeat
             for width, count in numbers:
                 if position % width:
                     return None
@@ -73,7 +73,7 @@ def bulk_layout(node: Node, *, source_is_cdr: bool, skip: bool, residues: Iterab
 
 
 def _collect(node: Node, numbers: list[tuple[int, int]], *, source_is_cdr: bool, skip: bool) -> bool:
-    """Append the numbers of a value; return False if it has others, or if a side lacks one."""
+    """Append a value's numbers; return False if it contains anything else, or if one side lacks a number."""
     if isinstance(node, Numbers):
         if not (node.in_ros2 if source_is_cdr else node.in_ros1):
             return skip

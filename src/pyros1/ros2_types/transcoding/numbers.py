@@ -11,11 +11,11 @@ from pyros1.ground.errors import DefinitionError, MessageError
 from pyros1.ros2_types.log_levels import ValueRule
 
 Convert = Callable[[float], float]
-"""Converts a value; raises MessageError if the other type does not have it."""
+"""Converts a value; raises MessageError if the other type cannot hold it."""
 
 _SMALL_INTEGERS = frozenset(["byte", "char", "int8", "uint8"])
 _RANGES = {
-    "byte": (-128, 127),  # only in ROS 1; in ROS 2 it is from 0 to 255, see `conversion`
+    "byte": (-128, 127),  # only in ROS 1; in ROS 2, from 0 to 255, see `conversion`
     "char": (0, 255),
     **{f"int{bits}": (-(1 << bits - 1), (1 << bits - 1) - 1) for bits in (8, 16, 32, 64)},
     **{f"uint{bits}": (0, (1 << bits) - 1) for bits in (8, 16, 32, 64)},
@@ -24,16 +24,16 @@ _FLOATS = ("float32", "float64")
 
 
 def conversion(base1: str, base2: str, label: str, value_rule: ValueRule | None) -> tuple[Convert, Convert] | None:
-    """Return how the values of a number are converted to ROS 2 and back; None if their bytes are the same.
+    """Return how to convert a number's values to ROS 2 and back; None if their bytes are the same.
 
     Args:
         base1: its type in ROS 1.
         base2: its type in ROS 2.
         label: the field's name, for error messages.
-        value_rule: how values are converted, if not as they are.
+        value_rule: how values are converted; None to keep them.
 
     Raises:
-        DefinitionError: neither type has all values of the other one, or the rule is for other types.
+        DefinitionError: neither type can hold all values of the other.
     """
     if value_rule is not None and base1 in _SMALL_INTEGERS and base2 in _SMALL_INTEGERS:
         return value_rule.to_ros2.__getitem__, value_rule.to_ros1.__getitem__  # type: ignore[return-value]

@@ -1,8 +1,8 @@
 """Matches the fields of a ROS 1 type with those of a ROS 2 type, for the transcoder.
 
-Fields are matched by name or by a rule. ROS 2 allows no capital letters in names, so that a field ``K`` of ROS 1
-is ``k`` there. Where a rule names a field in a nested message, such as ``header.stamp``, the fields of that message are
-planned like those around it: their bytes are the same.
+Fields are matched by name or by a rule. ROS 2 allows no capital letters in names, so ROS 1's field ``K`` is ``k``
+there. If a rule names a field in a nested message, such as ``header.stamp``, that message is replaced by its fields,
+which have the same bytes.
 """
 
 from __future__ import annotations
@@ -21,24 +21,24 @@ from pyros1.ros2_types.transcoding.fields import Flat2, partners, ros1_fields, r
 from pyros1.ros2_types.transcoding.numbers import Convert, conversion
 
 MAX_FIELDS = 5000
-"""Maximum number of fields of both types, with those of nested types: compiling the source for each takes 0.4 ms."""
+"""Maximum number of fields of both types, including nested types: compiling the code for each takes 0.4 ms."""
 MAX_DEPTH = 64
 """Maximum depth of nested types."""
 
 FILLER = "structure_needs_at_least_one_member"
-"""Name of the ``uint8`` that an empty ROS 2 message has."""
+"""Name of the ``uint8`` in an empty ROS 2 message."""
 
 _TIME_NAMES = ("sec", "nanosec")
 _TIME_BASES = frozenset(["int32", "uint32"])
 
 
 class Numbers(NamedTuple):
-    """Numbers of one size: a single one, a fixed array, or a time, which is two.
+    """Numbers of one size: a single number, a fixed array, or a time, which is two numbers.
 
     Attributes:
         width: size of each in bytes.
         amount: how many.
-        in_ros1: whether the ROS 1 type has them; otherwise they are zero there.
+        in_ros1: whether the ROS 1 type has them; if not, nothing is written for ROS 1, and ROS 2 gets zeros.
         in_ros2: the same for ROS 2.
         is_sequence_number: whether it is the ``seq`` of a ROS 1 header.
     """
@@ -51,7 +51,7 @@ class Numbers(NamedTuple):
 
 
 class Changed(NamedTuple):
-    """A number that has another type or another meaning in ROS 2; both sides have it.
+    """A number that both sides have, with different types or values.
 
     Attributes:
         ros1: code of its type in ROS 1, as in the module struct.
@@ -156,10 +156,10 @@ class Planner:
     Args:
         specs: the ROS 1 types by full names.
         types: the ROS 2 types.
-        rules: which fields belong together, where they are not matched by name.
+        rules: the matching fields of types whose fields are not matched by name.
 
     Attributes:
-        only_ros1: dotted names of fields that only the ROS 1 type has; fields of nested ones are not listed again.
+        only_ros1: dotted names of fields that only the ROS 1 type has, without the fields inside them.
         only_ros2: the same for ROS 2.
     """
 
@@ -183,8 +183,8 @@ class Planner:
             depth: how deeply it is nested.
 
         Raises:
-            DefinitionError: a type is unknown, too large or nested too deeply, or two fields that belong together
-                have types that cannot be converted, or a rule names a field that is not there.
+            DefinitionError: a type is unknown, too large or nested too deeply, the types of two matching fields cannot
+                be converted, or a rule names a field that does not exist.
         """
         if depth > MAX_DEPTH:
             raise DefinitionError(f"it contains itself, or is nested more than {MAX_DEPTH} deep", name1 or name2)
@@ -238,7 +238,7 @@ class Planner:
         depth: int,
         value_rule: ValueRule | None = None,
     ) -> Node:
-        """Match two fields, of which one may be None."""
+        """Match two fields; one of them may be None."""
         count1 = None if field1 is None else field1.length
         count2, bound = (None, 0) if field2 is None else _count_and_bound(field2.type)
         is_array = count1 is not None or count2 is not None

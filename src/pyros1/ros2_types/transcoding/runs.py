@@ -1,14 +1,13 @@
-"""Emits the code that moves runs of values of fixed size from the source to the target.
+"""Emits the code that moves runs of fixed-size values from the source to the target.
 
-A run is unpacked and packed with one ``struct`` each. Values that are adjacent on both sides are one piece of bytes.
-
-In CDR a number's position is a multiple of its size, at most 8, so that padding depends on the position modulo 8,
-here called the residue. Where only the message tells it, for example after a string, there is a struct for each
+Each run is unpacked with one ``struct`` and packed with another. Values that are adjacent on both sides are copied as
+one piece. In CDR, a number's position is a multiple of its size, which is at most 8, so padding depends on the position
+modulo 8, here called the residue. If it varies between messages, for example after a string, there is a struct for each
 residue. Positions in the generated code include CDR's header of 4 bytes; residues do not.
 
 The generated code has these variables: ``data``, the source; ``end``, its size; ``p``, the position in it; ``q``, the
-position in the target, of which only the residue matters; ``room``, how many bytes may still be added, where that
-matters; all others are from `Scope.unique_name`.
+position in the target, of which only the residue matters; and, if needed, ``room``, how many bytes may still be added.
+All other names are from `Scope.unique_name`.
 """
 
 from __future__ import annotations
@@ -38,8 +37,8 @@ class Atom(NamedTuple):
         reads: whether the source has them.
         writes: whether the target has them.
         name: the variable to read the value into; empty to copy its bytes.
-        expression: what to write; empty to copy the bytes, or for zero if the source lacks them.
-        code: code of the type of the variable and the expression, as in the module struct: a uint32.
+        expression: what to write; empty to copy the bytes, or to write zeros if the source lacks them.
+        code: struct code of the variable and the expression; by default, a uint32.
     """
 
     width: int
@@ -57,7 +56,7 @@ class Atom(NamedTuple):
 
 
 class _Layout(NamedTuple):
-    """A run on one side, from one residue on."""
+    """The layout of a run on one side, for one initial residue."""
 
     pads: list[int]
     size: int
@@ -68,7 +67,7 @@ class Runs:
     """Collects the values of a run, and emits the code for it.
 
     Args:
-        source_is_cdr: whether the source is CDR and the target ROS 1, or the other way round.
+        source_is_cdr: True from CDR to ROS 1, False from ROS 1 to CDR.
 
     Attributes:
         lines: the emitted lines.
@@ -91,7 +90,7 @@ class Runs:
 
     @property
     def cdr_residues(self) -> frozenset[int]:
-        """Possible residues on the side that is CDR."""
+        """Possible residues on the CDR side."""
         return self.source if self._source_is_cdr else self.target
 
     def emit(self, line: str) -> None:
@@ -219,8 +218,8 @@ class Runs:
             count: the number of elements, an expression.
             size: size of an element in bytes.
             alignment: size of its first number in bytes.
-            writes: whether to write it, not only to skip it.
-            large: arrays from this size on are not sliced out of bytes, which would copy them.
+            writes: whether to write it; otherwise it is skipped.
+            large: arrays of at least this size are not sliced out of bytes, which would copy them.
         """
         length = count if size == 1 else self.assign("bytes", f"{count} * {size}")
         residues = self.cdr_residues
@@ -253,7 +252,7 @@ class Runs:
 
     @contextmanager
     def loop(self, header: str) -> Iterator[int]:
-        """Emit a loop whose body is what is emitted within the context; the value is the depth of loops."""
+        """Emit a loop; its body is the code emitted within the context. Yields the depth of loops."""
         self.flush()
         self.emit_target_position()
         indent, add, depth = self._indent, self._add, self._depth
@@ -280,7 +279,7 @@ _PADDINGS = tuple(bytes(size) for size in range(8))
 
 
 def _layout(atoms: Sequence[Atom], residue: int, *, is_cdr: bool) -> _Layout:
-    """Lay out atoms from a residue on."""
+    """Lay out atoms, starting at a residue."""
     position, pads = residue, []
     for atom in atoms:
         pads.append(aligned(position, atom.width) - position if is_cdr else 0)
@@ -289,13 +288,13 @@ def _layout(atoms: Sequence[Atom], residue: int, *, is_cdr: bool) -> _Layout:
 
 
 def _by_atom(atoms: Sequence[Atom], pads: Sequence[int], side: str) -> list[int]:
-    """Return the padding before each atom of a run, given it for those of one side."""
+    """Return the padding before each atom of a run, given the padding before those that one side has."""
     iterator = iter(pads)
     return [next(iterator) if getattr(atom, side) else 0 for atom in atoms]
 
 
 def _pieces(atoms: list[Atom], *pads: list[list[int]]) -> list[list[Atom]]:
-    """Group the atoms: copied ones that never have padding between them are one piece."""
+    """Group the atoms: copied atoms that never have padding between them form one piece."""
     pieces: list[list[Atom]] = []
     for index, atom in enumerate(atoms):
         is_padded = any(layout[index] for side in pads for layout in side)

@@ -1,11 +1,11 @@
 """Generates the function that converts messages in one direction.
 
-The function walks through the source once. `runs.py` moves runs of values of fixed size; this module emits
-the code for strings, arrays and loops between them. The source has no name from a definition.
+The function walks through the message once. `runs.py` moves runs of fixed-size values; this module emits the code for
+the strings, arrays and loops between them. The generated code contains no names from definitions.
 
-As in the decoders of pyros1.msgs, most of what is wrong with a message is found without a check of its own: reading a
-struct beyond the end fails, a slice beyond it is short, and the final position is wrong then. Only the number of
-elements of an array is compared with the bytes left, before a loop.
+As in the decoders of pyros1.msgs, most errors in a message are found without explicit checks: reading a struct beyond
+the end fails, and after a slice beyond the end, the final position is wrong. Only before a loop, the number of an
+array's elements is compared with the bytes left.
 """
 
 from __future__ import annotations
@@ -22,21 +22,21 @@ from pyros1.ros2_types.transcoding.runs import ANY, HEADER_SIZE, Atom, Runs
 MAX_LOOP_DEPTH = 12
 """Maximum depth of arrays in arrays; Python's compiler limits it, too."""
 MAX_EMPTY_ELEMENTS = 16
-"""Maximum number of elements of an array whose elements need no bytes."""
+"""Maximum number of elements of an array whose elements take no bytes."""
 MAX_VALUES = 10_000
-"""Maximum number of values that one function handles, with those of fixed arrays without a loop."""
+"""Maximum number of values that one function handles, including those of unrolled fixed arrays."""
 MAX_ZEROS = 1 << 16
-"""Maximum number of bytes that the source lacks: messages may not make much more memory necessary than they have."""
+"""Maximum number of bytes that the source lacks, so that a message cannot take much more memory than its size."""
 MAX_ADDED = 1 << 26
-"""The same for all elements of arrays that are more than `_GROWTH` times as large in the target."""
+"""The same for all array elements that are more than `_GROWTH` times as large in the target."""
 _GROWTH = 8
 MAX_UNROLLED = 64
-"""Fixed arrays of at most as many values need no loop."""
+"""Fixed arrays of at most this many values need no loop."""
 _LARGE = 4096
 """Arrays of at least this many bytes are copied once, not twice."""
 
 Convert = Callable[[bytes | memoryview, int], bytes]
-"""Converts a message, given its bytes and the ``seq`` of its headers; raises `texts.ERRORS` if it is wrong."""
+"""Converts a message, given its bytes and the ``seq`` of its headers; raises `texts.ERRORS` if it is invalid."""
 
 
 class Generator:
@@ -90,7 +90,7 @@ class Generator:
         return (node.ros1, node.ros2) if self._to_cdr else (node.ros2, node.ros1)
 
     def _node(self, node: Node, *, skip: bool = False) -> None:
-        """Emit the conversion of a value; ``skip``: only move the position behind it."""
+        """Emit the conversion of a value, or, with ``skip``, only move the position past it."""
         reads, writes = self._in_source(node), self._in_target(node) and not skip
         self._values_left -= 1
         if isinstance(node, Numbers) and not reads:

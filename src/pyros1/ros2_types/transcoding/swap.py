@@ -19,7 +19,7 @@ def to_little_endian(data: bytes | memoryview, name: str, types: Types) -> bytes
     Args:
         data: the message in big-endian CDR, with its header.
         name: its type.
-        types: that type and all that it uses; no type may contain itself.
+        types: that type and all types that it uses; no type may contain itself.
 
     Raises:
         MessageError: the message is too short.
@@ -50,7 +50,7 @@ class _Swapper:
         if base in STRUCT_CODES:
             self._numbers(struct.calcsize("<" + STRUCT_CODES[base]), count)
             return
-        for _ in range(count):  # each element has at least one byte, so that a count that is wrong soon fails
+        for _ in range(count):  # each element has at least one byte, so a wrong count soon fails
             if base == "string":
                 self._numbers(1, self._count())
             elif base == "wstring":

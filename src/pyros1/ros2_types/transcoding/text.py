@@ -1,7 +1,7 @@
 """Functions that the generated transcoders call for strings.
 
-A string of CDR has a zero byte at its end, which its size includes. Each character of a ``wstring`` is a UTF-16 unit in
-4 bytes, as rosidl_typesupport_fastrtps writes it (seen with rclpy's serialize_message, Kilted).
+A CDR string ends with a zero byte, which its size includes. Each character of a ``wstring`` is a UTF-16 unit in 4
+bytes, as written by rosidl_typesupport_fastrtps (seen with rclpy's serialize_message, Kilted).
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ import struct
 from pyros1.ground.errors import MessageError
 
 ERRORS = (struct.error, MessageError, OverflowError, IndexError, ValueError)
-"""What the generated functions raise for a wrong message."""
+"""The errors that the generated functions raise for invalid messages."""
 
 _read_size = struct.Struct("<I").unpack_from
 _SIZE_WRITERS = tuple(struct.Struct(f"<{-residue % 4}xI").pack for residue in range(4))
@@ -58,7 +58,7 @@ def strings_to_cdr(data: bytes | memoryview, position: int, count: int, target: 
         data: the ROS 1 message.
         position: where its first string begins.
         count: number of strings.
-        target: where CDR's first string will be, or that modulo 8.
+        target: the position of the first string in CDR, or that modulo 8.
 
     Returns:
         CDR; the position after the last string; ``target`` after the last string.

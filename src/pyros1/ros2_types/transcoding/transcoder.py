@@ -1,6 +1,6 @@
 """Converts encoded messages between ROS 1 and CDR, the encoding of ROS 2, without decoding them into objects.
 
-CDR is here what ROS 2's middlewares send: XCDR version 1 with its header of 4 bytes.
+CDR here means what ROS 2 middleware sends: XCDR version 1 with its header of 4 bytes.
 """
 
 from __future__ import annotations
@@ -24,28 +24,28 @@ _HEADER_SIZE = 4
 class Transcoder:
     """Converts the messages of one ROS 1 type to those of one ROS 2 type, and back.
 
-    Fields are matched by name, unless a rule differs; nested types likewise, whatever their own names are. A
-    field that one side lacks is dropped, or zero or empty there. Only the ``seq`` of ROS 1 headers is counted up from 1
-    by each transcoder, unless it is given; all headers of a message have the same.
+    Fields are matched by name, unless there is a rule; so are the fields of nested types, whatever the types' names. A
+    field that the target lacks is dropped; one that the source lacks is zero or empty. Only the ``seq`` of ROS 1
+    headers, unless given, is counted up from 1 by each transcoder; all headers of a message get the same.
 
     Args:
         ros1_name: full name of the ROS 1 type, ``package/Type``.
-        specs: the ROS 1 types by full names, with all that it uses.
+        specs: the ROS 1 types by full name, including all that it uses.
         ros2_name: full name of the ROS 2 type, ``package/msg/Type``.
-        types: the ROS 2 types, with all that it uses.
-        rules: which fields of which types belong together, where they are not matched by name.
+        types: the ROS 2 types, including all that it uses.
+        rules: the matching fields of types whose fields are not matched by name.
 
     Attributes:
         only_ros1: dotted names of the fields that ROS 2's type lacks, for example ``pose.covariance``; without the
-            fields in such fields, and without the ``seq`` of headers.
+            fields inside such fields, and without the ``seq`` of headers.
         only_ros2: dotted names of the fields that ROS 1's type lacks.
 
-    Integers of different sizes are converted if one type has all values of the other one, and so are floats; a value
-    that the other side's type does not have is an error.
+    Integers of different sizes are converted if one type can hold all values of the other, and so are floats; a value
+    that the target's type cannot hold is an error.
 
     Raises:
-        DefinitionError: two fields that belong together have types that cannot be converted into each other, a rule
-            names a field that is not there, or a type is unknown, or too large.
+        DefinitionError: the types of two matching fields cannot be converted, a rule names a field that does not exist,
+            or a type is unknown or too large.
     """
 
     def __init__(
@@ -78,8 +78,8 @@ class Transcoder:
             Little-endian CDR with its header.
 
         Raises:
-            MessageError: the bytes are not such a message, an array or string is too long for ROS 2's type, or a number
-                too large.
+            MessageError: the bytes are not such a message, an array or string is too long for ROS 2's type, or its type
+                cannot hold a number.
         """
         try:
             return self._to_cdr(body if body.__class__ is bytes else memoryview(body).cast("B"), 0)
@@ -97,8 +97,8 @@ class Transcoder:
             The ROS 1 message, without a length before it.
 
         Raises:
-            MessageError: the bytes are not such a message, an array does not have the length of ROS 1's type, or a
-                number is too large for it.
+            MessageError: the bytes are not such a message, an array's length differs from ROS 1's type, or that type
+                cannot hold a number.
         """
         try:
             data = data if data.__class__ is bytes else memoryview(data).cast("B")

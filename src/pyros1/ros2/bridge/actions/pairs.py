@@ -115,7 +115,7 @@ class ActionPairs:
             type: its name, ``package/Type``.
             topics: the known types of the topics ``goal``, ``result`` and ``feedback``; the other definitions must be
                 installed.
-            hash: the hash of the service ``send_goal`` that ROS 2 expects; None for that of the usual distribution.
+            hash: the hash of the service ``send_goal`` that ROS 2 expects; None for the default distribution's.
 
         Raises:
             Error: a definition is not known, or ROS 2 expects another type of this name.
