@@ -204,8 +204,8 @@ class Counterparts:
         known = {field.name for field in spec.fields}
         if not known.issuperset(rule.fields) or any("." in path for path in rule.fields.values()):
             raise DefinitionError(
-                f"the definition of {ros2_name} is needed, since the rule for its fields does not say what all of them "
-                "are: use --ros2-packages",
+                f"the definition of {ros2_name} is needed, since its rule does not match all of its fields: "
+                "use --ros2-packages",
                 rule.place or None,
             )
         # If the ROS 2 type has other fields, they are not known.

@@ -43,16 +43,16 @@ def _message_type(described: Any) -> MessageType:
 def _field_type(described: Any) -> FieldType:
     number = int(described["type_id"])
     if number < 1:
-        raise DefinitionError(f"a field has type {number}, which is not known here")
+        raise DefinitionError(f"a field has the unknown type {number}")
     length = _LENGTHS[(number - 1) // _STEP]
     base = BASES.get((number - 1) % _STEP + 1) or str(described["nested_type_name"])
     is_plain = (number - 1) % _STEP + 1 in BASES
     if not is_plain and "/" not in base:
-        raise DefinitionError(f"a field has type {number}, which is not known here")
+        raise DefinitionError(f"a field has the unknown type {number}")
     size = int(described["capacity"]) if length in (Length.FIXED, Length.BOUNDED) else 0
     string_bound = int(described["string_capacity"])
     is_bounded = (number - 1) % _STEP + 1 in BOUNDED_STRINGS
     for value, is_needed in ((size, length in (Length.FIXED, Length.BOUNDED)), (string_bound, is_bounded)):
         if not is_needed <= value <= (MAX_SIZE if is_needed else 0):
-            raise DefinitionError(f"a field of type {number} has a size that is not possible")
+            raise DefinitionError(f"a field of type {number} has an invalid size")
     return FieldType(base, length, size, string_bound)

@@ -36,15 +36,15 @@ def read(folder: Path, text: str) -> BridgeParameters:
 def test_all_lists(tmp_path: Path) -> None:
     assert read(tmp_path, EXAMPLE) == BridgeParameters(
         ["/chatter", "/map", "/add_two_ints", "/clear"],
-        [f"{tmp_path}/bridge.yaml:8: qos is not used: that of /map follows from what its nodes offer"],
+        [f"{tmp_path}/bridge.yaml:8: qos is not used: for /map, it follows from what the nodes offer"],
     )
 
 
 @pytest.mark.parametrize(
     ("text", "line", "complaint"),
     [
-        ("", None, "there are no lists topics, services_1_to_2, services_2_to_1 here"),
-        ("other: 1\n", 1, "there are no lists"),
+        ("", None, "it has none of the lists topics, services_1_to_2, services_2_to_1"),
+        ("other: 1\n", 1, "it has none of the lists"),
         ("- a\n", 1, "expected a mapping"),
         ("topics:\n- /chatter\n", 2, "expected a mapping"),
         ("topics:\n- {type: std_msgs/msg/String}\n", 2, "topic is missing"),

@@ -175,6 +175,6 @@ def test_topics_that_come_on_two_ways() -> None:
     publishers["/rosout"] = ["/bridge_a"]  # its own log
     plan.add_duplicates(publishers, {"/bridge_a", "/bridge_b"})
     assert plan.problems == {
-        "/a": "/bridge_a brings it to ROS 1, too, so its messages may come twice",
+        "/a": "/bridge_a also publishes it in ROS 1, so its messages may arrive twice",
         "/c": "another",
     }

@@ -380,7 +380,7 @@ def test_two_bridges_of_one_master_make_no_loop(bridge: RunningBridge, peer: Ros
     assert [subscriber.get().data for _ in range(2)] == ["once", "again"]
     assert bridge.status()["received"] == []
     for running in (bridge.status(), json.loads(second.status())):
-        assert "messages come twice" in running["problems"]["/bridge"]
+        assert "messages arrive twice" in running["problems"]["/bridge"]
 
 
 def test_bridges_of_a_master_that_is_started_anew(endpoint: str, tmp_path: Path) -> None:

@@ -43,7 +43,7 @@ def test_no_message_goes_round(endpoint: str, site_endpoint: str, tmp_path: Path
         peer.subscribe(key("/chatter"))
         publisher: Any = one.node.advertise("/chatter", "std_msgs/String", queue_size=10)
         one.subscribes(publisher, "/bridge_ros2", "/bridge_one")
-        problem = "/bridge_two brings it to ROS 1, too, so its messages may come twice"
+        problem = "/bridge_two also publishes it in ROS 1, so its messages may arrive twice"
         wait_until(lambda: two.status()["problems"].get("/chatter") == problem, "the second bridge says so")
         peer.publish(key("/chatter"))
         wait_until(lambda: len(peer.graph.topic("/chatter").subscribers) == 2, "both take what ROS 2 has")

@@ -230,8 +230,8 @@ def pick(response: Any, request: Any) -> Any:
         ("list_parameters", b"\0\1\0\0\xff\xff\xff\xff", "cannot convert"),
         ("list_parameters", bytes(5 << 20), "too large"),
         ("list_parameters", 1001, "has 1001 parameters; at most 1000 can be used"),
-        ("describe_parameters", [], "answers about 0 parameters, not 1"),
-        ("get_parameters", [], "answers about 0 parameters, not 1"),
+        ("describe_parameters", [], "responded about 0 parameters, not 1"),
+        ("get_parameters", [], "responded about 0 parameters, not 1"),
     ],
 )
 def test_hostile_answers(
@@ -334,7 +334,7 @@ def test_what_cannot_be_read(bridge: RunningBridge, make_ros2: Callable[..., Fak
     assert "/army is neither a ROS 2 node whose parameters may be read" in refused(bridge, "/army")
     assert "is not the full name" in refused(bridge, "/a\nb")
     node.hooks["get_parameters"] = lambda request: []
-    assert refused(bridge, "/arm").startswith("node /arm of ROS 2 answers about 0 parameters, not 2")
+    assert refused(bridge, "/arm").startswith("node /arm of ROS 2 responded about 0 parameters, not 2")
 
 
 def test_rules_for_reading(endpoint: str, tmp_path: Path) -> None:

@@ -50,7 +50,7 @@ def test_rules_that_cannot_be_used() -> None:
     )
     assert [is_usable for _, is_usable in lines] == [False] * 3
     unknown, mismatch, wrong = [line for line, _ in lines]
-    assert unknown.startswith("f:3: nowhere_msgs/A is std_msgs/msg/String, once one of ROS 1 is published; not yet: ")
+    assert unknown.startswith("f:3: nowhere_msgs/A is std_msgs/msg/String, once a ROS 1 node publishes it; not yet: ")
     assert mismatch.startswith("f:5: std_msgs/String and std_msgs/msg/Int8 are not exchanged: ")
     assert "string of ROS 1 is not int8 of ROS 2" in mismatch
     assert "f:7: std_msgs/Int8 has no field 'x'; it has data" in wrong

@@ -63,7 +63,7 @@ def test_several_files_and_files_without_rules(tmp_path: Path) -> None:
         (MESSAGE + "  ros1_service_name: A\n", 1, "write two rules"),
         (MESSAGE + "  fields_1_to_2: [a]\n", 5, "expected a mapping"),
         (MESSAGE + "  fields_1_to_2:\n    a: b\n    a: c\n", 7, "was already set in line 6"),
-        (MESSAGE + "  fields_1_to_2:\n    a: b\n    c: b\n", 7, "'b' is already the field of 'a'"),
+        (MESSAGE + "  fields_1_to_2:\n    a: b\n    c: b\n", 7, "'b' is already matched with 'a'"),
         (MESSAGE + "  fields_1_to_2:\n    a: 3\n", 6, "3 is not a field"),
         (MESSAGE + "  fields_1_to_2:\n    a.: b\n", 6, "'a.' is not a field"),
         ("- ros1_package_name: a/b\n  ros2_package_name: c\n", 1, "'a/b' is not a name"),
@@ -92,7 +92,7 @@ def test_a_message_and_a_service_of_one_name_are_two(tmp_path: Path) -> None:
 
 def test_two_files_must_not_contradict_each_other(tmp_path: Path) -> None:
     first, second = write(tmp_path, MESSAGE, "first"), write(tmp_path, MESSAGE.replace("Flat", "Other"), "second")
-    with pytest.raises(RulesError, match=rf"{second}:1: .* by {first}:1"):
+    with pytest.raises(RulesError, match=rf"{second}:1: .* see {first}:1"):
         read_mappings([first, second])
 
 

@@ -34,8 +34,8 @@ def test_the_parts_of_actions(classes: TypeClasses) -> None:
         ("no_msgs/msg/Tree", "package no_msgs is not installed in this ROS 2 installation"),
         ("lab_msgs/msg/Chair", "rclpy cannot use lab_msgs/msg/Chair: module 'lab_msgs.msg' has no attribute 'Chair'"),
         ("bad_msgs/msg/Bench", "rclpy cannot use bad_msgs/msg/Bench: of another Python"),
-        ("lab_msgs/srv/Clean", "lab_msgs/srv/Clean is not a type of messages"),
-        ("lab_msgs/action/Walk", "lab_msgs/action/Walk is not a type of messages"),
+        ("lab_msgs/srv/Clean", "lab_msgs/srv/Clean is not a message type"),
+        ("lab_msgs/action/Walk", "lab_msgs/action/Walk is not a message type"),
     ],
 )
 def test_what_is_not_there(classes: TypeClasses, name: str, problem: str) -> None:
@@ -45,5 +45,5 @@ def test_what_is_not_there(classes: TypeClasses, name: str, problem: str) -> Non
 
 
 def test_a_message_is_no_service(classes: TypeClasses) -> None:
-    with pytest.raises(UnknownTypeError, match="is not a type of services"):
+    with pytest.raises(UnknownTypeError, match="is not a service type"):
         classes.service("lab_msgs/msg/Bench")

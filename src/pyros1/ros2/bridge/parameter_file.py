@@ -70,9 +70,9 @@ class _ParameterFile(FileReader):
                 found.names.append(name)
                 if "qos" in fields:
                     place = self._place((*path, "qos"))
-                    found.notes.append(f"{place}: qos is not used: that of {name} follows from what its nodes offer")
+                    found.notes.append(f"{place}: qos is not used: for {name}, it follows from what the nodes offer")
         if not found.names:
-            self._fail((), f"there are no lists {', '.join(_LISTS)} here")
+            self._fail((), f"it has none of the lists {', '.join(_LISTS)}")
         return found
 
 

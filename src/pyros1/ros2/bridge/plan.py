@@ -119,7 +119,7 @@ class Plan:
         """
         for topic in (self.takes.keys() & publishers.keys()) - {LOG}:
             if topic not in self.problems and (others := sorted({*publishers[topic]} & {*bridges})):
-                self.problems[topic] = f"{others[0]} brings it to ROS 1, too, so its messages may come twice"
+                self.problems[topic] = f"{others[0]} also publishes it in ROS 1, so its messages may arrive twice"
 
     def publishers(self) -> dict[str, tuple[DataKey, Qos, Priority]]:
         """Return the publishers in ROS 2, by their identifiers: key, QoS and priority."""

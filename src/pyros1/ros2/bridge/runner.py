@@ -334,7 +334,7 @@ class Ros2Bridge:
         )
         plan.add_duplicates(self._graph.state.publishers, self._graph.bridges - {self._node.name})
         if others := [node.full_node_name for node in nodes if node.node_name == self._ros2_name]:
-            plan.problems[others[0]] = "it is another bridge of this master, so messages come twice"
+            plan.problems[others[0]] = "it is another bridge of this master, so messages arrive twice"
         return plan
 
     def _of_others(self, entities: Iterable[Entity]) -> list[Entity]:
@@ -350,7 +350,7 @@ class Ros2Bridge:
             plan, nodes = self._plan, [node.full_node_name for node in self._ros2.nodes()]
             refused = self._ros2.refused
         subscribed = self._bridge_publishers.subscribed_topics(self._graph.bridges)
-        trouble = self._trouble | ({"more of ROS 2 than is kept": refused} if refused else {})
+        trouble = self._trouble | ({"ROS 2 nodes and endpoints beyond the limit": refused} if refused else {})
         link_problem = self._session.problem
         if self._session.session is None:
             link_problem = link_problem or "there is none yet"

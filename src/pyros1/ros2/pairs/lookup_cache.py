@@ -90,7 +90,7 @@ class LookupCache(Generic[_Found]):
             return self._found[key]
         if key not in self._failures:
             if is_limited and not self._budget.has_time_left:
-                raise UnknownTypeError("ROS 2 has too many types that are not known here; it is looked up later")
+                raise UnknownTypeError("ROS 2 uses too many unknown types; this one will be looked up later")
             try:
                 found = self._budget.run(find) if is_limited else find()
             except Error as error:

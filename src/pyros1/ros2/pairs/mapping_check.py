@@ -29,7 +29,7 @@ def check_mapping(mapping: TypeMapping, types: TypePairs) -> Iterator[tuple[str,
         try:
             loaded = load_service(rule.ros1) if _is_service(rule) else load_message(rule.ros1)
         except Error as error:
-            yield f"{rule.place}: {rule.ros1} is {rule.ros2}, once one of ROS 1 is published; not yet: {error}", False
+            yield f"{rule.place}: {rule.ros1} is {rule.ros2}, once a ROS 1 node publishes it; not yet: {error}", False
             continue
         try:
             differences = _differences(rule, loaded, types)

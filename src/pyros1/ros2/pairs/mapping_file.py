@@ -71,7 +71,7 @@ def _check_new(rule: TypeRule | PackageRule, others: Iterable[TypeRule | Package
         kinds = [each.ros2.split("/")[1:2] for each in (rule, other)]
         if rule.ros1 == other.ros1 and kinds[0] == kinds[1] != []:
             raise RulesError(
-                f"{rule.place}: {rule.ros1} is already {other.ros2} in ROS 2, by {other.place}; it cannot be two"
+                f"{rule.place}: {rule.ros1} is already {other.ros2} in ROS 2, see {other.place}; it cannot be both"
             )
 
 
@@ -127,6 +127,6 @@ class _MappingFile(FileReader):
                 if not isinstance(each, str) or not _PATH.match(each):
                     self._fail(place, f"{each!r:.60} is not a field, such as stamp or header.stamp")
             if partner in used:
-                self._fail(place, f"{partner!r} is already the field of {used[partner]!r}; one field cannot be two")
+                self._fail(place, f"{partner!r} is already matched with {used[partner]!r}; use each field only once")
             used[partner] = name
         return dict(fields)

@@ -201,7 +201,7 @@ class TypePairs:
     def _for_ros1(self, type: str, md5sum: str, definition: str, hash: str | None) -> TypePair:
         message_class = self._definitions.get(type, md5sum, definition)
         if message_class._md5sum != md5sum:
-            raise MessageError(f"the definition of {type} that its publisher sends is not the one of its messages")
+            raise MessageError(f"the definition of {type} that its publisher sends does not match its md5sum")
         text = message_class._full_text
         specs = _specs(type, text)
         name = _checked(self._counterparts.to_ros2(type))
@@ -211,8 +211,7 @@ class TypePairs:
                 transcoder = Transcoder(type, specs, name, types, self._mapping.fields)
                 return TypePair(type, md5sum, text, name, own_hash or "", transcoder)
         raise UnknownTypeError(
-            self._not_installed(name)
-            or f"ROS 2 expects another definition of {name} than those that are known here; {_HINT}"
+            self._not_installed(name) or f"ROS 2 expects a definition of {name} that is not known here; {_HINT}"
         )
 
     def _for_ros2(self, type: str, hash: str) -> TypePair:
@@ -225,7 +224,7 @@ class TypePairs:
         rule = self._mapping.fields.get((name, type))
         if rule is not None and _installed(name) is None:
             raise UnknownTypeError(
-                f"the definition of {name} is not known here, and its fields have other names than those of {type}; "
+                f"the definition of {name} is not known here, and its field names differ from those of {type}; "
                 f"install a ROS 1 package with {name}"
             )
         for types in self._candidates(type, name, {}, hash):
@@ -237,13 +236,13 @@ class TypePairs:
         if problem := self._not_installed(type):
             raise UnknownTypeError(problem)
         if self.has_ros2_definition(type):
-            raise UnknownTypeError(f"ROS 2 has another definition of {type} than those that are known here; {_HINT}")
+            raise UnknownTypeError(f"ROS 2 has a definition of {type} that is not known here; {_HINT}")
         raise UnknownTypeError(f"the definition of {type} is not known here; install a ROS 1 package with {name}")
 
     def _service(self, type: str, md5sum: str, hash: str | None) -> ServicePair:
         service_class = load_service(type)
         if md5sum not in ("*", service_class._md5sum):
-            raise MessageError(f"the definition of {type} that is installed here is not the one of its provider")
+            raise MessageError(f"the definition of {type} installed here differs from the provider's")
         texts = split_full_text(type, service_class._full_text)
         spec = parse_service(type, texts[type])
         specs = _specs(type, service_class._full_text, {each.name: each for each in (spec.request, spec.response)})

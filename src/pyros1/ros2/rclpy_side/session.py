@@ -186,7 +186,7 @@ class RclpySession:
 
         self._executor.create_task(run)
         if not done.wait(_DECLARE_TIME) and not self._closing.is_set():
-            raise DeclarationError(f"rclpy has done nothing for {_DECLARE_TIME:.0f} s {self.problem}")
+            raise DeclarationError(f"rclpy has not responded for {_DECLARE_TIME:.0f} s {self.problem}")
         for error in errors:
             raise DeclarationError(f"rclpy fails: {one_line(error, 200)}") from error
 

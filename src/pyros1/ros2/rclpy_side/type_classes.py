@@ -56,7 +56,7 @@ class TypeClasses:
             package, kind, short = name.split("/")
             part = next((part for part in of_actions if kind == "action" and short.endswith(part)), "")
             if kind != own_kind and not part:
-                raise UnknownTypeError(f"{name} is not a type of {'messages' if own_kind == 'msg' else 'services'}")
+                raise UnknownTypeError(f"{name} is not a {'message' if own_kind == 'msg' else 'service'} type")
             try:
                 found = getattr(import_module(f"{package}.{kind}"), short.removesuffix(part))
                 self._found[name] = getattr(found.Impl, of_actions[part]) if part else found

@@ -103,7 +103,7 @@ def encode_token(entity: Entity) -> str:
     if not _ZID.fullmatch(entity.zid):
         raise InvalidNameError(f"'{entity.zid:.100}' is not the identifier of a zenoh session")
     if not (0 <= entity.node_id <= _MAX_ID and 0 <= entity.entity_id <= _MAX_ID):
-        raise InvalidNameError("a node, or what belongs to it, has an impossible number")
+        raise InvalidNameError("a node or endpoint has an id out of range")
     if not _NODE_NAME.fullmatch(entity.node_name):
         raise InvalidNameError(f"'{entity.node_name:.300}' is not a legal name of a node in ROS 2")
     for name in (entity.namespace, entity.enclave):

@@ -99,9 +99,9 @@ def _flatten(
                 break
             inner = nested(fields[part])
             if inner is None:
-                raise DefinitionError(f"{part!r} of {owner} is not a single message, so {path!r:.200} is not possible")
+                raise DefinitionError(f"{part!r} of {owner} is not a single message, so {path!r:.200} cannot be used")
             if (whole := f"{prefix}.{part}".lstrip(".")) in wanted:
-                raise DefinitionError(f"{whole!r} is already used as a whole, so {path!r:.200} is not possible")
+                raise DefinitionError(f"{whole!r} is already used as a whole, so {path!r:.200} cannot be used")
             if whole in result:
                 inside = {f"{whole}.{key}": flat for key, flat in fields_of(inner).items()}
                 result = {

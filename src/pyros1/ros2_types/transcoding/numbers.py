@@ -44,7 +44,7 @@ def conversion(base1: str, base2: str, label: str, value_rule: ValueRule | None)
         if (range1[0] <= range2[0] and range2[1] <= range1[1]) or (range2[0] <= range1[0] and range1[1] <= range2[1]):
             return partial(_checked, range2, base2, label), partial(_checked, range1, base1, label)
         raise DefinitionError(
-            f"{base1} of ROS 1 is not {base2} of ROS 2, and neither has all values of the other one", label
+            f"{base1} of ROS 1 is not {base2} of ROS 2, and neither can hold all values of the other", label
         )
     if base1 in _FLOATS and base2 in _FLOATS:
         return (_same, partial(_short, label)) if base2 == "float64" else (partial(_short, label), _same)

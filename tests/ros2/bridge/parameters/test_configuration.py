@@ -68,7 +68,7 @@ def test_the_size_of_all_texts_is_limited() -> None:
     configuration = configured(None, **values)
     size = sum(len(name) + len(value) for name, value in values_of(configuration).items())
     assert MAX_TEXT - 2 * MAX_STRING < size <= MAX_TEXT
-    assert {*configuration.left_out.values()} == {"there are too many long texts"}
+    assert {*configuration.left_out.values()} == {"the node has too much text"}
     configuration = configured(None, **dict.fromkeys(values, ""))
     assert configuration.update({f"p{number}": values[f"p{number}"] for number in range(50)})
     assert not configuration.update(values)

@@ -40,8 +40,8 @@ _STATUSES = {
     Ros2Status.ABORTED: Status.ABORTED,
 }
 _TOO_MANY = "the bridge to ROS 2 has too many goals of this action"
-_NO_RESULT = "its result has not come from ROS 2"
-_RECALLED = "it was cancelled before it came"
+_NO_RESULT = "no result has come from ROS 2"
+_RECALLED = "it was cancelled before it arrived"
 
 
 class CallGoal(NamedTuple):

@@ -181,7 +181,7 @@ class ActionPairs:
             return load_message(name)
         found = self._definitions.get(name, topic.md5sum, topic.definition)
         if found._md5sum != topic.md5sum:
-            raise MessageError(f"the definition of {name} that its publisher sends is not the one of its messages")
+            raise MessageError(f"the definition of {name} that its publisher sends does not match its md5sum")
         return found
 
 

@@ -63,7 +63,7 @@ class Configuration:
                 continue
             size = len(name) + len(entry.description) + _size(value)
             if self._size + size > MAX_TEXT:
-                self.left_out[name] = "there are too many long texts"
+                self.left_out[name] = "the node has too much text"
                 continue
             self._size += size
             self._entries[name] = entry

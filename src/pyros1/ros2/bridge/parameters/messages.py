@@ -166,7 +166,7 @@ class ParameterMessages:
     def results(self, response: bytes) -> list[str | None]:
         """Return, for each parameter, why it was not set; None if it was."""
         decoded = self._decode(f"{SERVICE_TYPES[SET]}_Response", response)
-        return [None if each.successful else each.reason or "it says no reason" for each in decoded.results]
+        return [None if each.successful else each.reason or "it gives no reason" for each in decoded.results]
 
     def event(self, body: bytes) -> Event:
         """Return what has changed."""

@@ -82,6 +82,6 @@ class ParameterClient:
     def _check_number(self, node: ParameterNode, names: Sequence[str], answers: Sequence[object]) -> None:
         if len(answers) != len(names):
             raise ServiceRefusal(
-                f"node {node.name} of ROS 2 answers about {len(answers)} parameters, not {len(names)}; perhaps some "
-                "are gone meanwhile"
+                f"node {node.name} of ROS 2 responded about {len(answers)} parameters, not {len(names)}; some may "
+                "have gone in the meantime"
             )

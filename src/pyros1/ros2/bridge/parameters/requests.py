@@ -46,7 +46,7 @@ def respond(
     if parameter not in values:
         what = "has no value" if parameter in names else f"is not there{did_you_mean(parameter, names)}"
         raise ServiceRefusal(
-            f"parameter {parameter} of node {name} of ROS 2 {what}; all that have one: "
+            f"parameter {parameter} of node {name} of ROS 2 {what}; for all parameters: "
             f"pyros1 bridge param {ROS2_SITE}: {name}"
         )
     return encode_json_response(values[parameter])
@@ -63,7 +63,7 @@ def _split(name: str, nodes: Mapping[str, ParameterNode]) -> tuple[str, str]:
         node = "/".join(parts[:number])
         if node in nodes:
             return node, "/".join(parts[number:])
-    known = f"; those that have some: pyros1 bridge param {ROS2_SITE}:" if nodes else ""
+    known = f"; nodes with parameters: pyros1 bridge param {ROS2_SITE}:" if nodes else ""
     raise ServiceRefusal(
         f"{name} is neither a ROS 2 node whose parameters may be read, nor a parameter of one"
         f"{did_you_mean(name, nodes)}{known}"
