@@ -200,7 +200,7 @@ def test_wrong_arguments_are_refused_at_once(environ: dict[str, str], make_node:
                 (node.wait_for_message("t", Float64, "x"), "timeout must be a number of seconds, not 'x'"),  # type: ignore[arg-type]
                 (node.wait_for_message(5, Float64), "wait_for_message: the name must be a str, not 5"),  # type: ignore[arg-type]
                 (node.advertise_service("s", "std_srvs/Trigger", 5), "handler must be a function, not 5"),  # type: ignore[arg-type]
-                (node.call(5), "call: the client must be one that service"),  # type: ignore[arg-type]
+                (node.call(5), "call: the client must come from service"),  # type: ignore[arg-type]
             ):
                 with pytest.raises(TypeError, match=text):
                     await wrong

@@ -55,7 +55,7 @@ class Client:
         self._open_goals: dict[str, ClientGoal] = {}
         self._condition = Condition()
         self._callbacks = CallbackThread(f"pyros1-action {self.name}", node.log, self._check_server)
-        self._has_status = False  # whether a status was received, so that a server must be running
+        self._has_status = False  # whether a status was received, which only a running server sends
         self._server_name = ""  # name of the node that sent the status
         self._disconnected_since: float | None = None
         self._closed = False

@@ -154,7 +154,7 @@ class ClientGoal:
     # Called in any thread ---------------------------------------------------------------------------------------------
 
     def take(self, change: Callable[[Progress], object]) -> None:
-        """Apply a function to the progress, under the client's lock; then notify listeners if the stage has changed."""
+        """Apply a function to the progress, with the client's lock held; notify listeners if the stage has changed."""
         with self._client.lock:
             previous_stage = self._progress.stage
             change(self._progress)
@@ -167,7 +167,7 @@ class ClientGoal:
     def take_statuses(
         self, statuses: dict[str, Any], links: frozenset[object], asking: frozenset[object], now: float
     ) -> None:
-        """Handle a list of statuses; see `Progress.handle_statuses`. A lost cancel request is sent again.
+        """Handle a list of statuses; see `Progress.handle_statuses`. Send a lost cancel request again.
 
         Args:
             statuses, now: see `Progress.handle_statuses`.

@@ -26,7 +26,7 @@ class Tracked:
         self.ended_at: Time | None = None
 
     def apply(self, transition: Transition, text: str = "") -> bool:
-        """Change the status and its text; return False, and change nothing, if the transition is not possible now."""
+        """Change the status and its text; if the transition is not possible now, change nothing and return False."""
         status = status_after(self.status.status, transition)
         if status is None:
             return False
@@ -84,16 +84,15 @@ class GoalTable(Generic[_T]):
         return bool(goal_id.stamp) and bool(goal_id.stamp <= self.last_cancel)
 
     def match_cancel(self, request: Any) -> list[_T]:
-        """Return the goals that a cancel request matches, and remember the time in the request."""
+        """Return the goals that a cancel request matches, and remember the request's time."""
         self.last_cancel = max(self.last_cancel, request.stamp)
         return [goal for goal in self.goals if cancel_request_matches(request, goal.status.goal_id)]
 
     def forget(self, now: Time) -> list[_T]:
         """Remove and return the goals that ended more than ``keep_duration`` ago.
 
-        Must be called at each change, and at regular intervals. When simulated time has jumped back, as when a bag is
-        replayed, goals whose end is in the future count as having ended now, and a `last_cancel` in the future is set
-        to now.
+        Must be called at each change, and at regular intervals. If simulated time has jumped back, as when a bag is
+        replayed, ends of goals and a `last_cancel` that are in the future are set to now.
         """
         if now < self._last_time:
             self.last_cancel = min(self.last_cancel, now)

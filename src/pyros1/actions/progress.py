@@ -1,5 +1,5 @@
-"""A goal as its client sees it, without communication: derives stages from the server's messages, in whatever order
-they arrive.
+"""A goal as its client sees it, without communication: derives its stages from the server's messages, whatever the
+order in which they arrive.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ class Progress:
     Args:
         name: the goal's name.
         on_stage: called with each stage when it is entered.
-        on_violation: called with a description of each violation of the protocol by the server.
+        on_violation: called with a description of each protocol violation by the server.
     """
 
     def __init__(

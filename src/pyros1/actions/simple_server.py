@@ -77,7 +77,7 @@ class SimpleServer:
         Args:
             timeout: maximum number of seconds to wait for the current goal; None for no limit.
         """
-        with self._lock:  # a goal that is taken later is not carried out
+        with self._lock:  # goals that have not started by now are not executed
             self._closed = True
             current_goal = self._current_goal
         if current_goal is not None:

@@ -1,7 +1,7 @@
 """Goal states in clients and servers, and their transitions.
 
-The server knows a goal's status, which it publishes; the client derives from it the stage of its conversation with the
-server (https://wiki.ros.org/actionlib/DetailedDescription).
+The server publishes each goal's status; the client derives from it the stage of its conversation with the server
+(https://wiki.ros.org/actionlib/DetailedDescription).
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ _FINAL_STATUSES = frozenset(
 
 
 class Stage(IntEnum):
-    """Stage of a goal in the client; the numbers are those of stock's CommState."""
+    """Stage of a goal in the client; the numbers are those of stock ROS's CommState."""
 
     WAITING_FOR_GOAL_ACK = 0
     PENDING = 1
@@ -81,9 +81,9 @@ _STAGE_BY_LETTER = {
     "X": Stage.PREEMPTING,
     "W": Stage.WAITING_FOR_RESULT,
 }
-# A column for each stage except DONE, a row for each status that a server may publish. Letters are the next stages,
-# one after the other: the client may have missed messages, but passes through each stage. "." means no change, "!" is
-# a violation of the protocol.
+# A column for each stage except DONE, a row for each status that a server may publish. The letters are the next stages
+# in order: the client passes through each of them even if it has missed messages. "." means no change, "!" a protocol
+# violation.
 _TABLE_COLUMNS = (
     Stage.WAITING_FOR_GOAL_ACK,
     Stage.PENDING,

@@ -13,11 +13,11 @@
 
     asyncio.run(main())
 
-Messages are received as in a :class:`pyros1.Node`. For iterations that must not lose any message, the asyncio loop
-itself drives the deliveries (``driver.py``), and a slow iteration holds the publishers back. Iterations with a
-``queue_size`` get the newest messages even after other tasks have kept the loop busy, since threads of the node
-receive the messages. Messages are decoded when the iteration returns them. Nothing here blocks the asyncio loop: calls
-to the master and to other nodes run in worker threads.
+Messages are received as in a :class:`pyros1.Node`. For iterations without a ``queue_size``, which must not lose any
+message, the asyncio loop itself receives the messages (``driver.py``), and a slow iteration holds the publishers back.
+For iterations with a ``queue_size``, the node's threads receive them, so the iteration gets the newest messages even
+after other tasks have kept the loop busy. Messages are decoded when the iteration returns them. Nothing here blocks
+the asyncio loop: calls to the master and to other nodes run in worker threads.
 
 To wait for a message with a timeout: ``await asyncio.wait_for(anext(messages), 0.5)``. A message that arrives later is
 not lost.

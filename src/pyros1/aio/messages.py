@@ -32,7 +32,7 @@ class Messages(Generic[_M]):
         loop: the asyncio loop in which the iteration runs.
         limit: maximum number of queued messages of each publisher; older ones are dropped. With None, nothing is
             dropped, and publishers are held back instead.
-        urgent: whether other subscribers must not hold back the message for which this iteration waits.
+        urgent: whether the message that this iteration waits for must not be held back by other subscribers.
     """
 
     def __init__(self, loop: asyncio.AbstractEventLoop, limit: int | None, urgent: bool = False) -> None:
@@ -63,7 +63,7 @@ class Messages(Generic[_M]):
         if self._limit is None and inbox.is_full(MAX_PENDING):
             self._full_inboxes.add(inbox)
             if not inbox.is_full(MAX_PENDING // 2):
-                self._full_inboxes.discard(inbox)  # the loop has emptied the inbox, perhaps before the set contained it
+                self._full_inboxes.discard(inbox)  # the loop may have emptied the inbox before it was in the set
         if not self._is_wake_scheduled:
             self._is_wake_scheduled = True
             self._wake()
@@ -92,7 +92,7 @@ class Messages(Generic[_M]):
 
     @property
     def urgent(self) -> bool:
-        """Whether this iteration is waiting for a message that other subscribers must not hold back."""
+        """Whether this iteration waits for a message that other subscribers must not hold back."""
         return self._urgent and not self._ended and not self._inbox_set.ready
 
     def _wake(self) -> None:
@@ -155,7 +155,7 @@ class Messages(Generic[_M]):
             await self._ready.wait()
 
     def _next_message(self) -> _M | None:
-        """Return the next message of the publisher whose turn it is; None if there is none, or it cannot be decoded."""
+        """Return the next message of the publisher whose turn it is; None if it has none, or it cannot be decoded."""
         inbox = self._inbox_set.ready.pop(0)
         item = inbox.take()
         if len(inbox):

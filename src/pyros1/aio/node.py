@@ -39,7 +39,7 @@ _INTERRUPTED_EXIT_CODE = 130
 
 
 class _Signals(SignalHandlers):
-    """Signal handlers that replace those of asyncio, which cancel the main task and print a KeyboardInterrupt.
+    """Signal handlers that replace asyncio's, which cancel the main task and print a KeyboardInterrupt.
 
     A second signal ends the program from within the asyncio loop, so that tasks are cancelled properly; a third one
     ends the program immediately.
@@ -191,8 +191,8 @@ class Node:
                 self._loop.call_soon_threadsafe(self._schedule_cancel)
 
     def _poll_signals(self) -> None:
-        """Let Python run signal handlers regularly: a signal just before the loop begins to wait does not end the
-        wait.
+        """Let Python run signal handlers regularly, since a signal just before the loop begins to wait does not wake
+        the loop.
         """
         assert self._loop is not None
         self._signal_timer = self._loop.call_later(POLL_INTERVAL, self._poll_signals)
@@ -280,7 +280,7 @@ class Node:
         assert isinstance(node, _UnderlyingNode) and loop is not None
         stream: Messages[_M] = Messages(loop, queue_size, urgent)
         self._message_streams.add(stream)
-        # Tasks may keep the loop busy, and messages that it does not receive meanwhile cannot replace older ones.
+        # Tasks may keep the loop busy, and messages not received in the meantime could not replace older ones.
         driver = None if stream.wants_newest else self._driver
 
         def subscribe() -> None:
@@ -335,7 +335,7 @@ class Node:
     async def call(self, client: ServiceClient, *args: Any, **fields: Any) -> Any:
         """Call a service in a worker thread, with a client returned by `service`; return the response."""
         if not isinstance(client, ServiceClient):
-            raise TypeError(f"call: the client must be one that service(name, type) returned, not {client!r:.80}")
+            raise TypeError(f"call: the client must come from service(name, type), not {client!r:.80}")
         return await asyncio.to_thread(lambda: client(*args, **fields))
 
     def service(self, name: str, type: type[Service] | str, *, persistent: bool = False) -> ServiceClient:

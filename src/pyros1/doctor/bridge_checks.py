@@ -15,11 +15,11 @@ ROS2 = "ros2"
 LOST, PRESENT = "lost", "present"
 """States of other sites in a status."""
 NO_RULE = "no rule takes it"
-"""Why a topic is not received that no rule requests."""
+"""Why a topic is not received if no rule requests it."""
 OTHER_VERSION = "a packet of another version of pyros1"
 """Why packets of a site with another protocol version are ignored."""
 INTENDED = ("subscribed", "no subscribers here", "site lost", "denied by a rule", NO_RULE)
-"""States of topics of other sites that are no problem of the topic."""
+"""States of other sites' topics that are not a problem with the topic."""
 DROPS: Mapping[str, str] = {
     "too old": "the network is too slow or too often interrupted: raise the topic's age if older messages are of use",
     "too large": "raise the topic's size, at both sites",
@@ -28,10 +28,10 @@ DROPS: Mapping[str, str] = {
     "from too many publishers": "too many nodes have published this topic: restart the bridge",
     "queue full, since the network is too slow": "limit rates (/topic@5) and sizes of large topics, or send less",
 }
-"""What to do about messages that are dropped for a reason. The other reasons are normal."""
+"""Reason why messages are dropped -> what to do about it. Other reasons are normal."""
 _MIN_DROPS = 10
 _MIN_SHARE = 0.05
-"""Only topics that drop this many messages, and this share of them, are reported."""
+"""Only topics that drop at least this many messages, and this share of all, are reported."""
 _Statuses = Mapping[str, Mapping[str, Any]]
 
 
@@ -212,7 +212,7 @@ def _check_refused(statuses: _Statuses, system: System) -> Iterator[Finding]:
 
 
 def _check_wanted(statuses: _Statuses, system: System) -> Iterator[Finding]:
-    """Check for subscribers that wait for a topic of another site which no rule takes."""
+    """Check for subscribers that wait for another site's topic that no rule takes."""
     items = []
     topics = []
     for entry in (entry for status in statuses.values() for entry in status["received"]):

@@ -1,4 +1,4 @@
-"""The bridges of a master, and their statuses: what `pyros1 bridge` exchanges with other sites."""
+"""The bridges of a master, and their statuses, which say what `pyros1 bridge` exchanges with other sites."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ from pyros1.net.hosts import parse_uri
 from pyros1.wire.header import HeaderReader, encode_header
 
 STATUS_SERVICE = "bridge_status"
-"""Name of the service (std_srvs/Trigger), below its node's name, by which bridges are recognised, and asked for their
-status, which is JSON."""
+"""Name, below the node's name, of the service (std_srvs/Trigger) that identifies bridges, and returns their status as
+JSON."""
 _TRIGGER_MD5 = "937c9679a518e3a18d831e57125ea522"
 _MAX_STATUS = 8 << 20
 TIMEOUT = 2.5
@@ -27,16 +27,16 @@ TIMEOUT = 2.5
 
 
 def find_providers(state: SystemState, service: str) -> list[str]:
-    """Return the nodes that provide a service of this name below their own, sorted."""
+    """Return the nodes that provide a service of this name below their own name, sorted."""
     return sorted({node for name, nodes in state.services.items() for node in nodes if name == f"{node}/{service}"})
 
 
 def fetch_statuses(graph: Graph, state: SystemState) -> dict[str, Mapping[str, Any] | Exception]:
-    """Return the status of each bridge by the name of its node, or why there is none.
+    """Return the status of each bridge, or why there is none, by the name of its node.
 
     Args:
         graph: asks the master.
-        state: what is registered with it.
+        state: the master's state.
     """
     jobs = {name: partial(fetch_status, graph, name) for name in find_providers(state, STATUS_SERVICE)}
     return run_concurrently(jobs, TIMEOUT + 0.5)
@@ -51,7 +51,7 @@ def fetch_status(graph: Graph, name: str, timeout: float = TIMEOUT) -> Mapping[s
         timeout: seconds for the bridge's answer.
 
     Raises:
-        ServiceError: it does not answer, or with something else.
+        ServiceError: it does not answer, or its answer is not a status.
         MasterUnreachableError: the master does not respond.
     """
     service = f"{name}/{STATUS_SERVICE}"
@@ -71,7 +71,7 @@ def call_trigger(service: str, uri: str, caller_id: str, timeout: float = TIMEOU
         timeout: seconds for the whole call.
 
     Raises:
-        ServiceError: it cannot be reached, does not answer in time, refuses, or has failed.
+        ServiceError: the service cannot be reached, does not answer in time, refuses the call, or fails.
     """
     deadline = monotonic() + timeout
     request = {"callerid": caller_id, "service": service, "md5sum": _TRIGGER_MD5, "type": "std_srvs/Trigger"}
@@ -109,10 +109,10 @@ def _receive(sock: socket.socket, size: int, deadline: float) -> bytes:
 
 
 def parse_status(text: str) -> Mapping[str, Any]:
-    """Return a status.
+    """Parse a status.
 
     Raises:
-        ServiceError: it is not one.
+        ServiceError: it is not a status.
     """
     try:
         status = json.loads(text) if len(text) <= _MAX_STATUS else None

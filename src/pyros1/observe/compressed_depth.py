@@ -76,11 +76,11 @@ def encode_depth(depths: Pixels, format: str, depth_max: float, depth_quantizati
         depths: millimetres as uint16 or metres as float32, of shape (height, width).
         format: one of `DEPTH_FORMATS`.
         depth_max: the depth in metres beyond which depths are unknown.
-        depth_quantization: the depth in metres at which the steps of depths in metres are 1 m.
+        depth_quantization: the depth in metres at which the resolution of float depths is 1 m.
         png_level: the PNG compression level from 0 to 9.
 
     Raises:
-        Error: Pillow is not installed, and the format is PNG.
+        Error: the format is PNG, and Pillow is not installed.
     """
     numerator = offset = 0.0
     if depths.dtype == np.uint16:

@@ -10,9 +10,8 @@ class Decoder:
     """Decodes messages of any type, using the definition from their connection header or the installed one.
 
     Args:
-        type_name: the topic's type as registered with the master. As in stock's tools, it is used for all messages
-            instead of the type in each publisher's header. The type in the header is used if the class of the
-            registered type is not found, or if ``type_name`` is empty.
+        type_name: the topic's type as registered with the master. As in the stock tools, it is used for all messages
+            instead of the type in each publisher's header, unless it is empty or its class is not found.
         prefer_installed: see `pyros1.msgs.nonstandard_definitions.find_class`.
     """
 

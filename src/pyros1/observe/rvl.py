@@ -1,8 +1,9 @@
 """RVL, a fast lossless compression of depth images (A. Wilson, "Fast Lossless Depth Image Compression", 2017).
 
-An image is a sequence of runs: the number of zeros, the number of other values, and these as differences from the value
-before. Numbers are written three bits at a time, the lowest first, in groups of four bits whose highest says that more
-follow; 32-bit words have eight groups, from the highest to the lowest.
+An image is a sequence of runs: the number of zeros, the number of other values, and these values, each as the
+difference from the one before. Numbers are written in groups of four bits, the lowest group first: three bits of the
+number, and a highest bit that says whether more groups follow. A 32-bit word holds eight groups, the first in its
+highest bits.
 """
 
 from __future__ import annotations
@@ -17,9 +18,9 @@ from pyros1.ground.errors import MessageError
 _MAX_GROUPS = 11
 """Maximum number of groups of a number: 33 bits."""
 _BLOCK = 4096
-"""Words that are decoded at a time: each becomes up to eight numbers of 64 bits, several times."""
+"""Number of words to decode at a time: each takes several copies of up to eight 64-bit numbers."""
 _MAX_BYTES_PER_PIXEL = 4
-"""A run of one pixel: two groups for its lengths, and six for the difference. What follows the image is not read."""
+"""The size of a run of one pixel: two groups for its lengths, and six for the difference. Further data is not read."""
 _SHIFTS = np.arange(28, -1, -4, dtype=np.uint32)
 
 
@@ -57,7 +58,7 @@ def decode_rvl(data: bytes, size: int) -> NDArray[np.uint16]:
 
     Args:
         data: the compressed depths.
-        size: how many there are.
+        size: the number of depths.
 
     Raises:
         MessageError: the data is damaged.
@@ -78,8 +79,8 @@ def decode_rvl(data: bytes, size: int) -> NDArray[np.uint16]:
 
 
 def _find_runs(numbers: NDArray[np.int64], size: int) -> tuple[NDArray[np.int64], ...]:
-    """Return for each run where in the numbers it begins, how many zeros it has, and how many other values."""
-    following = np.arange(2, numbers.size + 1)  # where the next run begins, if one begins at each number
+    """Return, for each run, the index of its first number, its number of zeros, and its number of other values."""
+    following = np.arange(2, numbers.size + 1)  # for each number: if a run begins there, where the next one begins
     following += numbers[1:]
     # A noisy image has a run for every other pixel. This is faster than with an array.
     view, places, place = following.data, array("q"), 0
@@ -117,6 +118,6 @@ def _unpack(data: bytes) -> NDArray[np.int64]:
 
 
 def _places(counts: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Return each group's place in its number, given each number's count of groups."""
+    """Return each group's place in its number, given the number of groups of each number."""
     places: NDArray[np.int64] = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
     return places

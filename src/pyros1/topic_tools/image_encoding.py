@@ -68,7 +68,7 @@ def to_pixels(image: Any) -> Pixels:
 
 
 def is_deep_grey(encoding: str) -> bool:
-    """Return whether images of an encoding have 16 bits and no colours, so that `compress` makes only PNG of them."""
+    """Return whether images of an encoding have 16 bits and no colours, so that `compress` only supports PNG."""
     layout = _layout(encoding)
     return layout is not None and layout[0] == 16 and not _COLOURS.match(encoding)
 

@@ -1,7 +1,7 @@
 """The image transports: how images are sent on topics (https://wiki.ros.org/image_transport).
 
-``raw`` is the topic itself, every other transport TOPIC/TRANSPORT. ``compressed`` has JPEG or PNG files,
-``compressedDepth`` depths as PNG or RVL, and ``theora`` videos, which are only received.
+``raw`` is the topic itself; every other transport has a topic TOPIC/TRANSPORT. ``compressed`` sends JPEG or PNG files,
+``compressedDepth`` sends depths as PNG or RVL, and ``theora`` videos can only be received.
 """
 
 from __future__ import annotations
@@ -27,10 +27,10 @@ class ImageTransport:
 
     Attributes:
         message_class: returns the class of its messages.
-        make_decoder: returns a function that returns the sensor_msgs/Image of a message; None if there is none yet.
-        encode: returns the message of an image, given the configuration; None if the transport is only received.
-        parameters: returns the parameters of the configuration; None without one.
-        is_video: whether messages depend on those before, so that all must be decoded.
+        make_decoder: returns a function that decodes a message to a sensor_msgs/Image, or None if there is none yet.
+        encode: encodes an image, given the configuration; None if the transport can only be received.
+        parameters: returns the parameters of the configuration; None if there is no configuration.
+        is_video: whether messages depend on earlier ones, so that all must be decoded.
     """
 
     message_class: Callable[[], Any]
@@ -46,17 +46,17 @@ def transport_topic(topic: str, transport: str) -> str:
 
 
 def compress_depth(image: Any, format: str = "png", depth_max: float = 10.0, quantization: float = 100.0) -> Any:
-    """Return a depth image as compressed_depth_image_transport sends it, a sensor_msgs/CompressedImage.
+    """Return a depth image as a sensor_msgs/CompressedImage, as compressed_depth_image_transport sends it.
 
     Args:
         image: a sensor_msgs/Image in millimetres (16UC1, mono16) or metres (32FC1).
         format: "png" or "rvl".
         depth_max: the depth in metres beyond which depths are unknown.
-        quantization: the depth in metres at which the steps of depths in metres are 1 m.
+        quantization: the depth in metres at which the resolution of float depths is 1 m.
 
     Raises:
         MessageError: the image has no depths, or is damaged.
-        Error: Pillow is not installed, and the format is PNG.
+        Error: the format is PNG, and Pillow is not installed.
     """
     return _compress_depth(image, format, depth_max, quantization, 1)
 
@@ -70,7 +70,7 @@ def _compress_depth(image: Any, format: str, depth_max: float, quantization: flo
 
 
 def _depths(image: Any, size: int) -> Pixels:
-    """Return the depths of an image with a number of bytes per pixel, in this machine's byte order."""
+    """Return the depths of an image, in this machine's byte order; ``size`` is the number of bytes per pixel."""
     if not image.width or not image.height:
         raise MessageError("the image has no pixels")
     if image.step < image.width * size or len(image.data) < image.step * image.height:

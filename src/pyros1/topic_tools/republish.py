@@ -19,20 +19,20 @@ USAGE = "Usage: republish in_transport in:=<in_base_topic> [out_transport] out:=
 class Republisher:
     """Converts the images on a topic and publishes them on another until the node shuts down.
 
-    Each output that compresses is configured by dynamic_reconfigure in the namespace of its topic: ``compressed`` by
-    ``format``, ``jpeg_quality`` and ``png_level``; ``compressedDepth`` by ``format``, ``depth_max``,
+    Compressed outputs can be configured with dynamic_reconfigure, in the namespace of their topic: ``compressed`` has
+    ``format``, ``jpeg_quality`` and ``png_level``; ``compressedDepth`` has ``format``, ``depth_max``,
     ``depth_quantization`` and ``png_level``.
 
     Args:
         node: the node that subscribes and publishes.
         source, source_transport: the topic and transport of the input images.
         output: the topic of the output images.
-        output_transport: their transport; None for all that can be sent, for which images are converted only if there
-            are subscribers, except for that of the input on the same topic.
+        output_transport: their transport; None for all that can be sent, except the input's own topic. Images are only
+            converted for transports that have subscribers.
 
     Raises:
-        ValueError: a transport is unknown, or cannot be sent, or input and output are the same.
-        Error: what the transport needs is not installed.
+        ValueError: a transport is unknown or cannot be sent, or input and output are the same.
+        Error: a library that the transport needs is not installed.
     """
 
     def __init__(

@@ -1,4 +1,4 @@
-"""Shared by mux and demux: a list of topics, and services that select one of them or none.
+"""Shared by mux and demux: a list of topics, and services that select one topic or none.
 
 The services are select, add, delete and list, relative to the name ``mux`` or ``demux``, which users can remap. The
 selected topic is published on the latched topic ``selected``.

@@ -1,6 +1,6 @@
 """Decodes the videos of theora_image_transport (https://wiki.ros.org/theora_image_transport). Needs PyAV.
 
-PyAV's FFmpeg has a decoder for Theora, and no encoder.
+PyAV's FFmpeg has a Theora decoder, but no encoder.
 """
 
 from __future__ import annotations
@@ -27,9 +27,9 @@ _NUM_HEADERS = 3
 _MAX_HEADER_SIZE = 0xFFFF
 _MAX_PIXELS = 1 << 26
 _IS_HEADER, _IS_DIFFERENCE = 0x80, 0x40
-"""Bits of a packet's first byte; frames that are no differences are key frames."""
+"""Bits of a packet's first byte; frames without the difference bit are key frames."""
 _FULL_RANGE = 2
-"""The colours of theora_image_transport use all values, unlike those of most videos."""
+"""theora_image_transport's colours use the full range of values, unlike those of most videos."""
 
 
 def packet_class() -> Any:
@@ -38,7 +38,7 @@ def packet_class() -> Any:
 
 
 class TheoraDecoder:
-    """Decodes the packets of a topic, from the first key frame on.
+    """Decodes the packets of a topic, starting with the first key frame.
 
     Raises:
         Error: PyAV is not installed.
@@ -93,7 +93,7 @@ class TheoraDecoder:
         return self._last if frames else None
 
     def _receive_header(self, data: bytes) -> None:
-        """Keep a header. Senders repeat the headers for each new subscriber, which does not interrupt the video."""
+        """Store a header. Senders repeat the headers for each new subscriber; this does not interrupt the video."""
         kind = data[0] & ~_IS_HEADER
         if data[1:7] != b"theora" or kind >= _NUM_HEADERS or len(data) > _MAX_HEADER_SIZE:
             raise MessageError("a header of the Theora video is damaged")
