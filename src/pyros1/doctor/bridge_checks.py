@@ -65,7 +65,7 @@ def _unreadable_finding(name: str) -> Finding:
     return Finding(
         "bridge-version",
         WARNING,
-        f"the status of the bridge {name} cannot be read: it runs in another version of pyros1",
+        f"the status of the bridge {name} cannot be read: it runs another version of pyros1",
         "install the same version there, and restart the bridge",
     )
 
@@ -80,7 +80,7 @@ def _check_versions(statuses: _Statuses, system: System) -> Iterator[Finding]:
         yield Finding(
             "bridge-version",
             WARNING,
-            f"The following bridges run in another version of pyros1 than this one ({__version__}):",
+            f"The following bridges run another version of pyros1 than this one ({__version__}):",
             "restart them with this version, or install theirs here",
             others,
         )
@@ -187,7 +187,7 @@ def _check_sites(statuses: _Statuses, system: System) -> Iterator[Finding]:
         yield Finding(
             "bridge-name",
             ERROR,
-            "Two bridges call themselves by one name, so what they send arrives in turns or not at all:",
+            "Two bridges use the same name, so their messages arrive alternately or not at all:",
             "stop one of them, or give it another --site and keys with that name",
             shared,
         )

@@ -119,5 +119,5 @@ def parse_status(text: str) -> Mapping[str, Any]:
     except (ValueError, RecursionError):
         status = None
     if not isinstance(status, dict) or not isinstance(status.get("site"), str):
-        raise ServiceError("what it has sent is not a status")
+        raise ServiceError("its response is not a status")
     return status

@@ -95,7 +95,7 @@ def test_ros1_sees_services_of_ros2() -> None:
 def test_two_definitions_in_ros2() -> None:
     made = plan([], [entity("/b", hash="old", node="first"), entity("/b")])
     assert made.provides["/b"].key == key("/b", "old")
-    assert made.problems["/b"].endswith("that of /first is called")
+    assert made.problems["/b"].endswith("calls go to /first")
     made = plan([], [entity("/b", "unknown/srv/Type"), entity("/b")])
     assert made.provides["/b"].key == key("/b") and made.problems == {"/b": "no definition of unknown/Type"}
 

@@ -40,7 +40,7 @@ class IncomingMessages:
         """Publish a message.
 
         Args:
-            plan: what the bridge does now.
+            plan: the current plan.
             key, body, attachment: the received message.
             session: the id of the publisher's session in zenoh; empty if it is not known.
 

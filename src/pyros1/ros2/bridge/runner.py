@@ -73,7 +73,7 @@ class Ros2Bridge:
         node: the bridge's node in ROS 1; it must run callbacks inline.
         ros2_name: the name of its node in ROS 2; bridges of the same master share it.
         domain: the ROS domain.
-        rules: what it exchanges.
+        rules: what may be exchanged.
         types: knows the types of both sides.
         make_session: creates its session, see `pyros1.ros2.bridge.side.MakeSide`.
         call_time: maximum number of seconds for the response of a service.
@@ -223,7 +223,7 @@ class Ros2Bridge:
                 self._node.log.peer_event(WARN if log.is_warning else INFO, "%s", log.text)
             self._poll()
         if self._must_plan():
-            # First, so that no message of a type that ends is published with the next type.
+            # Before advertising, so that no message of a topic's old type is published with its new type.
             start = time.thread_time()
             plan = self._make_plan()
             took = time.thread_time() - start

@@ -144,7 +144,7 @@ def _provide(
         provided = ProvidedService(DataKey(domain, name, server.type, server.hash), pair, server.full_node_name)
         first = plan.provides.setdefault(name, provided)
         if first.key != provided.key:
-            plan.problems[name] = f"it has two types in ROS 2, or two versions of one: that of {first.node} is called"
+            plan.problems[name] = f"it has two types in ROS 2, or two versions of one: calls go to {first.node}"
 
 
 def _conflict(node: str, servers: Sequence[Entity]) -> str:

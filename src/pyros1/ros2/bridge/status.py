@@ -42,7 +42,7 @@ def status_json(
     Args:
         way: how the bridge connects to ROS 2, see `pyros1.ros2.bridge.side.Ros2Side`.
         domain: the ROS domain.
-        plan: what the bridge does.
+        plan: the topics to exchange.
         nodes: the full names of the nodes in ROS 2.
         subscribed: the ROS 2 topics that ROS 1 nodes subscribe to.
         link_problem: why there is no connection; empty if there is one.

@@ -103,7 +103,7 @@ class LookupCache(Generic[_Found]):
         raise UnknownTypeError(self._failures[key])
 
     def put(self, key: _Key, found: _Found) -> None:
-        """Cache what has been found."""
+        """Cache a result."""
         if len(self._found) >= _MAX_FOUND and key not in self._found:
             del self._found[next(iter(self._found))]
         self._found[key] = found

@@ -169,7 +169,7 @@ class ParameterMessages:
         return [None if each.successful else each.reason or "it gives no reason" for each in decoded.results]
 
     def event(self, body: bytes) -> Event:
-        """Return what has changed."""
+        """Return the changes in an event."""
         decoded = self._decode(EVENT_TYPE, body)
         changed = {each.name: _value(each.value) for each in decoded.changed_parameters}
         return Event(decoded.node, changed, bool(decoded.new_parameters or decoded.deleted_parameters))
