@@ -98,7 +98,7 @@ def test_a_service_of_a_local_node_is_not_replaced(pair: Pair) -> None:
     client = base.node.service("/red/switch", Trigger)
     assert client().message == "own"
     (status,) = [each for each in json.loads(base.bridge.status())["called"] if each["local"] == "/red/switch"]
-    assert status["state"] == "/user provides /red/switch here already"
+    assert status["state"] == "/user already provides /red/switch here"
     own.shutdown()
     has_service(base, "/red/switch")
     assert client().message == "red's"

@@ -85,9 +85,9 @@ def test_nothing_when_all_is_well() -> None:
             ("/bridge_base: red has been heard, but does not answer",),
         ),
         (
-            received(state="/red/odom is a a/B already, not a c/D"),
+            received(state="/red/odom is already a a/B, not a c/D"),
             "bridge-refused",
-            ("/bridge_base: red:/odom: /red/odom is a a/B already, not a c/D",),
+            ("/bridge_base: red:/odom: /red/odom is already a a/B, not a c/D",),
         ),
         (received(state=NO_RULE, local=""), "bridge-not-taken", ("/listener: /red/odom",)),
         (

@@ -181,7 +181,7 @@ class ServiceEnds:
         if self._graph.service_uri(local) is not None:
             others = [node for node in self._graph.state().services.get(local, ()) if node != self._node.name]
             if others:
-                raise NodeError(f"{others[0]} provides {local} here already")
+                raise NodeError(f"{others[0]} already provides {local} here")
         service_class = raw_service(*action[1:])
         return self._node.advertise_service(FullName(local), service_class, partial(self._on_request, local))
 

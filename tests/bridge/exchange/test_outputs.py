@@ -15,7 +15,7 @@ RED, BLUE = ("red", SharedName("red", "/t")), ("blue", SharedName("blue", "/t"))
 def test_the_first_decides_about_the_type() -> None:
     outputs, refused = choose([Candidate("/t", RED, STRING), Candidate("/t", BLUE, INT), Candidate("/u", BLUE, INT)])
     assert outputs == {"/t": STRING, "/u": INT}
-    assert refused == {BLUE: "/t is a std_msgs/String already, not a std_msgs/Int64"}
+    assert refused == {BLUE: "/t is already a std_msgs/String, not a std_msgs/Int64"}
     assert choose([Candidate("/t", RED, None), Candidate("/t", BLUE, INT)]) == ({"/t": INT}, {})
     assert choose([Candidate("/t", RED, STRING), Candidate("/t", BLUE, LATCHED)]) == ({"/t": LATCHED}, {})
 

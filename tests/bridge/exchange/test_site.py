@@ -176,8 +176,8 @@ def test_messages_of_a_site_that_has_not_answered_do_not_count(liar: Liar) -> No
     liar.message(1)
     assert not only(Advertise, liar.actions) and not only(Publish, liar.actions)
     assert {*liar.site.ignored} == {
-        "red: packets of a run that is not present",
-        "red: messages of a run that is not present",
+        "red: packets from a run that is not current",
+        "red: messages from a run that is not current",
     }
 
 
@@ -354,7 +354,7 @@ def test_bridges_with_one_name_are_reported_once(liar: Liar, number: int) -> Non
         each.heartbeat()
         logs += only(Log, [*each.actions, *liar.site.tick(each.now)])
     assert sum(log.text == "site red is present" for log in logs) == number
-    assert sum("two bridges call themselves red" in log.text for log in logs) == 1
+    assert sum("two bridges are named red" in log.text for log in logs) == 1
     assert len(logs) == number + 1
     assert [each.is_shared for each in liar.site.sites()] == [True]
     for passed in range(1, 61):
@@ -667,7 +667,7 @@ def test_a_flood_of_sites() -> None:
         key = Key(f"site{number}", Channel.HELLO)
         actions = site.on_packet(key, packets.encode_head(Kind.HELLO, 5), b"", 0.0)
         assert len(actions) <= 1
-    assert len(site.sites()) == MAX_SITES and site.ignored == {"more sites than there may be": 50}
+    assert len(site.sites()) == MAX_SITES and site.ignored == {"too many sites": 50}
     site.tick(HEARD_DELAY + 1)
     assert site.sites() == []  # so there is room for others soon
 
@@ -731,7 +731,7 @@ def test_long_definitions_in_floods_are_not_read() -> None:
     text = "# a comment\n" * 20_000
     for md5sum in md5sums:
         liar.define(md5sum=md5sum, text=text)
-    unread = liar.site.ignored["red: more definitions than are read"]
+    unread = liar.site.ignored["red: too many definitions"]
     assert unread > 80
     known = len(only(Advertise, liar.actions))
     assert known == 100 - unread
@@ -776,7 +776,7 @@ def test_another_site_with_this_name_is_told_of(liar: Liar) -> None:
     head = packets.encode_head(Kind.HELLO, 5)
     key = Key("base", Channel.HELLO)
     assert [action.text for action in only(Log, liar.site.on_packet(key, head, b"", 0.0))] == [
-        "another bridge calls itself base, too: each site needs a name of its own"
+        "another bridge is also named base: each site needs its own name"
     ]
     assert liar.site.on_packet(key, head, b"", 0.0) == []
 
@@ -834,7 +834,7 @@ def test_two_topics_with_one_name_here() -> None:
     liar.define("std_msgs/Int64", other._md5sum, "int64 data\n")
     liar.site.set_subscribed(["/odom"], 0.0)
     states = {str(received.topic): received.state for received in liar.site.received_topics()}
-    assert states["red:/odom"] == "subscribed" and states["red:/text"].startswith("/odom is a std_msgs/String already")
+    assert states["red:/odom"] == "subscribed" and states["red:/text"].startswith("/odom is already a std_msgs/String")
     liar.offer(offered(SharedName("red", "/text"), type="std_msgs/Int64", md5sum=other._md5sum))
     assert only(Withdraw, liar.actions) and only(Advertise, liar.actions)[-1].type == "std_msgs/Int64"
 

@@ -1,4 +1,4 @@
-"""The actions that the state machine returns. They are plain values, to be carried out in order."""
+"""The actions that the state machine returns: plain values, to be carried out in order."""
 
 from __future__ import annotations
 
@@ -17,8 +17,9 @@ class Send(NamedTuple):
         key: below this site's prefix, see `pyros1.bridge.protocol.key_expressions`.
         head, body: the packet.
         priority: which packets overtake others.
-        replaces: a packet that waits with an equal key and value is replaced by this one; None: nothing is replaced.
-        may_drop: whether it is replaced only if the network is slow, since all are to be delivered otherwise.
+        replaces: this packet replaces a waiting one with the same key and the same `replaces`; None: it replaces
+            nothing.
+        may_drop: whether a newer packet may replace it only while the network is slow: otherwise all are delivered.
         expires: time by the site's clock after which the packet is useless; None: never.
     """
 
@@ -52,17 +53,15 @@ class Subscribe(NamedTuple):
 
 
 class RestartConversion(NamedTuple):
-    """Make the next converted message of a topic decodable without earlier ones: another site wants
-    them.
-    """
+    """Make the next converted message of a topic decodable without earlier ones: another site has just requested it."""
 
     local: str
     conversion: Conversion
 
 
 class Advertise(NamedTuple):
-    """Publish a topic on this site's master, although there are no messages yet. If it is published already, it is only
-    latched from now on, or no longer.
+    """Publish a topic on this site's master, although there are no messages yet. If it is already published, only
+    whether it is latched changes.
 
     Attributes:
         local: its name.
@@ -80,7 +79,7 @@ class Advertise(NamedTuple):
 
 
 class SetOrigins(NamedTuple):
-    """Record that a topic that is published has other original publishers."""
+    """Record the new original publishers of a topic that is already published."""
 
     local: str
     origins: tuple[str, ...]
@@ -97,7 +96,7 @@ class Source(NamedTuple):
 
     Attributes:
         site: the site that sends them.
-        topic: the topic's name among sites: several topics of a site may have the same name here.
+        topic: the topic's name between sites: several topics of a site may have the same local name.
         publisher: the original publisher's number in the topic.
     """
 
@@ -113,7 +112,7 @@ class Publish(NamedTuple):
         local: the topic.
         source: the original publisher.
         body: the encoded message.
-        latched: whether it is kept for later subscribers, as the last one of its source.
+        latched: whether it is kept for later subscribers, as its source's last message.
     """
 
     local: str
@@ -123,7 +122,7 @@ class Publish(NamedTuple):
 
 
 class Forget(NamedTuple):
-    """Discard the last message of a source, since its publisher is gone."""
+    """Discard a source's last message, since its publisher is gone."""
 
     local: str
     source: Source
@@ -165,7 +164,7 @@ class Return(NamedTuple):
     """Deliver a result to the caller on this site.
 
     Attributes:
-        token: what was given to `Site.call`.
+        token: the token given to `Site.call`.
         status: whether the call has succeeded.
         body: the encoded response, or the text of the error.
     """
@@ -176,11 +175,11 @@ class Return(NamedTuple):
 
 
 class RepresentNode(NamedTuple):
-    """Represent a node of another site by one here, as long as it responds.
+    """Represent a node of another site by a local node, as long as it responds.
 
     Attributes:
-        local: the name of the node here.
-        site, node: the other site, and the node's name there; empty if it is represented no longer.
+        local: the name of the local node.
+        site, node: the other site, and the node's name there; empty once it is no longer represented.
     """
 
     local: str
@@ -193,7 +192,7 @@ class Probe(NamedTuple):
 
     Attributes:
         site: the site.
-        round_trip: the shortest one of the last round trips of heartbeats, in seconds.
+        round_trip: the shortest of the last heartbeats' round trips, in seconds.
         packet: the probe.
     """
 

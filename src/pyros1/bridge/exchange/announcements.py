@@ -1,4 +1,4 @@
-"""The packets with which a site announces itself, its offers and its requests to others. No I/O."""
+"""The packets that announce a site, its offers and its requests to other sites. No I/O."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class Announcements:
         topic_sender, topic_receiver, services, slow_sites: the sources of the lists.
 
     Attributes:
-        lists: those of each other site, and for it.
+        lists: the lists exchanged with each other site.
     """
 
     def __init__(
@@ -48,7 +48,7 @@ class Announcements:
         self._versions = count(1)
 
     def begin(self, name: str) -> None:
-        """Start with empty lists: the site is new, or has restarted."""
+        """Start with empty lists for a site that is new or has restarted."""
         self.lists[name] = PeerLists(self._versions)
 
     def hello(self) -> Action:

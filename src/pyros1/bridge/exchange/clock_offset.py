@@ -1,12 +1,12 @@
 """How far another site's clock is ahead of ours, estimated from the round trips of heartbeats. No I/O.
 
-This estimates an upper bound of a message's age, not the most likely age, since no message that could be too old may be
-delivered. The answer to a heartbeat of ours was sent after the heartbeat was, whatever the delays of the two
-ways are, which bounds the offset. Of several bounds, the least holds; since clocks drift, a bound grows with time.
+This estimates an upper bound of a message's age, not the most likely age, since messages that could be too old must not
+be delivered. The answer to our heartbeat was sent after the heartbeat, whatever the delays in the two directions, which
+bounds the offset. The smallest of several bounds is used; since clocks drift, a bound grows with time.
 
-Clocks may also stand still for a while, as that of a virtual machine that is paused. The other way of a round trip
-bounds the offset from below: if that is more than the least bound from above, a clock has stood still since then, and
-bounds from before no longer hold.
+Clocks may also stop for a while, such as that of a paused virtual machine. The return path of a round trip bounds the
+offset from below: if this lower bound exceeds the smallest upper bound, a clock has stopped since, and earlier bounds
+no longer hold.
 """
 
 from __future__ import annotations
@@ -15,12 +15,12 @@ import math
 from collections import deque
 
 _KEPT = 32
-"""Number of bounds that are kept."""
+"""Number of bounds to keep."""
 _KEPT_ROUND_TRIPS = 8
 DRIFT = 1e-4
-"""Maximum drift between two clocks, in seconds per second: cheap quartz has half of it."""
+"""Maximum drift between two clocks, in seconds per second: a cheap quartz clock drifts half as much."""
 _RESOLUTION = 1e-3
-"""Seconds by which a round trip may be negative, since a clock's ticks may be as long as that."""
+"""Seconds by which a round trip may be negative, since a clock may tick this coarsely."""
 _MAX_ROUND_TRIP = 60.0
 """Round trips longer than this, in seconds, are ignored."""
 
@@ -45,7 +45,7 @@ class ClockOffset:
 
     @property
     def shortest_round_trip(self) -> float:
-        """The shortest one of the last round trips; 0 if there was none."""
+        """The shortest of the last round trips; 0 if there were none."""
         return min(self._round_trips, default=0.0)
 
     def add(self, sent_at: float, received_at: float, their_time: float, reply_delay: float) -> None:
@@ -68,10 +68,10 @@ class ClockOffset:
         self._least = min(self._latest)
 
     def age(self, received_at: float, now: float) -> float | None:
-        """Return the greatest possible age of something.
+        """Return the maximum possible age of a message.
 
         Args:
-            received_at: its time by their clock.
+            received_at: when the other site received it, by their clock.
             now: the time by our clock.
 
         Returns:

@@ -1,5 +1,5 @@
-"""Definitions of message types that other sites use. Each site is asked for those of its topics, by their md5 sums, so
-that none can withhold them from a topic of another one. No I/O.
+"""Definitions of message types that other sites use. Each site is asked for the definitions of its own topics, by md5
+sum, so that no site can block another one's topics by withholding a definition. No I/O.
 """
 
 from __future__ import annotations
@@ -13,9 +13,9 @@ from pyros1.msgs import from_definition
 _RETRY_PERIOD = 2.0
 """Seconds after which a site is asked again."""
 _MAX_ASKED = 5_000
-"""Maximum number of definitions for which it is remembered that a site was asked."""
+"""Maximum number of requested definitions remembered for each site."""
 SITE_DEFINITIONS = 2_500
-"""Maximum number of definitions from a run of a site: more than it may have topics here."""
+"""Maximum number of definitions from a run of a site: more than the number of topics it may have here."""
 SITE_CHARACTERS = 16 << 20
 """Maximum total length of their texts; at least one is kept."""
 _Id = tuple[str, str]  # type and md5 sum
@@ -46,26 +46,27 @@ class _SiteUsage:
 
 class Definitions:
     """The definitions that other sites have sent. Each counts towards the limit of its site, so a site with too many
-    blocks only its own topics. Those of ended runs are kept, up to a limit, since topics of other sites may use them.
+    blocks only its own topics. Definitions from ended runs are kept, up to a limit, since other sites' topics may use
+    them.
     """
 
     def __init__(self) -> None:
-        self._texts: dict[_Id, str] = {}  # the one that was used last at the end
+        self._texts: dict[_Id, str] = {}  # most recently used last
         self._owners: dict[_Id, _SiteUsage] = {}
         self._usage: dict[str, _SiteUsage] = {}
-        self._ended_usage = _SiteUsage()  # those from runs that have ended
+        self._ended_usage = _SiteUsage()  # definitions from runs that have ended
         self._asked_at: dict[str, dict[str, float]] = {}  # site -> md5 sum -> when it was asked
 
     def text(self, type_name: str, md5sum: str) -> str | None:
-        """Return the definition of a type; empty if it cannot be used, None if it has not come yet."""
+        """Return a type's definition; empty if it is unusable, None if it has not arrived yet."""
         text = self._texts.pop((type_name, md5sum), None)
         if text is not None:
             self._texts[type_name, md5sum] = text
         return text
 
     def is_missing(self, site: str, type_name: str, md5sum: str) -> bool:
-        """Return whether a site that uses a type is to be asked for its definition. If another site has sent one that
-        cannot be used, it is asked once.
+        """Return whether to ask a site that uses a type for its definition. If another site has sent an unusable one,
+        this site is asked once.
         """
         text = self.text(type_name, md5sum)
         return text is None or (not text and md5sum not in self._asked_at.get(site, ()))
@@ -82,7 +83,7 @@ class Definitions:
         return due
 
     def forget(self, site: str) -> None:
-        """Forget what a site was asked for, since it is gone or has started again."""
+        """Forget what a site was asked for, since it is gone or has restarted."""
         self._asked_at.pop(site, None)
         usage = self._usage.pop(site, None)
         if usage is None:
@@ -101,8 +102,9 @@ class Definitions:
         self._owners.pop(key).remove(self._texts.pop(key))
 
     def add(self, site: str, definition: Definition) -> bool:
-        """Handle a definition that a site has sent; return whether it was requested, and is usable. A usable definition
-        is never replaced, so no site can disturb the topics of others.
+        """Handle a definition that a site has sent; return whether it is kept: it was requested, there is room, and no
+        other one is known or this one replaces an unusable one. A usable definition is never replaced, so no site can
+        disturb other sites' topics.
         """
         key = (definition.type, definition.md5sum)
         known = self._texts.get(key)
@@ -120,10 +122,10 @@ class Definitions:
 
 
 def checked_text(definition: Definition) -> str:
-    """Return the text of a definition if it has the md5 sum that it claims to have, otherwise an empty text.
+    """Return a definition's text if it matches its md5 sum, otherwise an empty string.
 
-    Messages travel without it, but programs that do not have the type installed cannot read them. A text that does not
-    belong to the md5 sum would let a site give other meanings to the fields of a type.
+    Messages can be sent without it, but programs that do not have the type installed cannot read them. With a text that
+    does not match the md5 sum, a site could change the meaning of a type's fields.
     """
     try:
         definition.text.encode()  # it goes into connection headers

@@ -1,4 +1,4 @@
-"""Delivers the messages of another site to topics here. No I/O."""
+"""Delivers another site's messages to local topics. No I/O."""
 
 from __future__ import annotations
 
@@ -30,9 +30,9 @@ def deliver(
     Args:
         feed: the site and the topic.
         incoming: the topic.
-        deliveries: the messages, and publishers that are gone.
+        deliveries: the messages, and notices that publishers are gone.
         clock: the site's clock.
-        outputs: what is published here.
+        outputs: the topics published here.
         now: the current time.
     """
     actions: list[Action] = []
@@ -69,7 +69,7 @@ def _reason_to_drop(
     max_age = settings.max_age(is_latched)
     if max_age is not None and (age is None or age > max_age):
         return DropReason.OLD
-    # An earlier run of this site may have delivered what was sent before this one wanted it.
+    # An earlier run of this site may have delivered messages sent before this run wanted the topic.
     if not is_latched and (age is None or age > now - incoming.wanted_since + _EARLY_TOLERANCE):
         return DropReason.EARLY
     return None if is_latched else incoming.reason_to_limit(head.publisher, now)

@@ -18,20 +18,20 @@ _MAX_PUBLISHERS = 1_000
 
 
 class IncomingTopic:
-    """A topic that another site offers and that a rule takes.
+    """A topic that another site offers and a rule accepts.
 
     Args:
         offered: how it is offered.
         settings: how its messages are received.
-        stream: their order.
-        prefixer: what is put before names in them.
+        stream: puts them in order.
+        prefixer: adds prefixes to the names in them.
 
     Attributes:
-        flow: what came, and what was dropped.
-        is_wanted: whether it is requested, since somebody subscribes to it here.
-        wanted_since: since when, in seconds.
-        is_paused: whether it was wanted when its site was lost; then it is requested again after its return, until
-            `paused_until`.
+        flow: counts of its delivered and dropped messages. is_wanted: whether it is requested, since somebody here
+            subscribes to it.
+        wanted_since: the time in seconds since which it is wanted.
+        is_paused: whether it was wanted when its site was lost; the request is then kept until `paused_until`, some
+            time after the site's return.
     """
 
     def __init__(self, offered: OfferedTopic, settings: Settings, stream: Stream, prefixer: Prefixer) -> None:
@@ -47,7 +47,7 @@ class IncomingTopic:
         self._due: dict[int, float] = {}  # publisher -> when its next message may be delivered
 
     def reason_to_limit(self, publisher: int, now: float) -> str | None:
-        """Return why a message must be dropped because of the topic's rate; None if it is delivered."""
+        """Return why a message must be dropped to keep to the topic's rate; None if it may be delivered."""
         if not self.settings.rate:
             return None
         period = 1.0 / self.settings.rate
@@ -67,10 +67,11 @@ class ReceivedTopic(NamedTuple):
 
     Attributes:
         peer: the site that offers it.
-        topic, type, local: its name among sites, its message type, its name here; the latter is empty if it is refused.
-        state: whether it is wanted, or why it is not taken.
+        topic, type, local: its name between sites, its message type, its local name; the latter is empty if the topic
+            is refused.
+        state: whether it is wanted, or why it is refused.
         flow: what came, and what was dropped.
-        missed_drops: the messages that the order of delivery has cost.
+        missed_drops: the messages that its stream dropped, by reason.
         publishers: the nodes at the other site that publish it.
     """
 

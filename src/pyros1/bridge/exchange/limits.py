@@ -9,11 +9,12 @@ from pyros1.bridge.exchange.token_bucket import TokenBucket
 
 _PROBE_RATE = 500
 _PROBE_BURST = 100
-"""Probes of a site that are answered per second, and at once; others are lost, as packets may be."""
+"""Probes from a site that are answered per second, and at once; others are dropped, as if lost in the network."""
 _DEFINITION_RATE = 50e3
 _DEFINITION_BURST = 2e6
-"""Bytes of a site's definitions that are read per second, and at once: a thousand bytes take about a millisecond. Those
-of all types of a robot have less, and what was not read is asked for again."""
+"""Bytes of a site's definitions that are read per second, and at once: a thousand bytes take about a millisecond. A
+robot's types all fit into the burst, and definitions that were not read are requested again.
+"""
 _MAX_SITES = 1_000
 
 
@@ -21,9 +22,9 @@ class SiteLimits:
     """The rate limits of one site.
 
     Attributes:
-        lists: its waiting lists.
-        probes: which of its probes are answered.
-        definitions: which of its definitions are read.
+        lists: the lists that wait to be applied.
+        probes: limits how many probes are answered.
+        definitions: limits how many bytes of definitions are read.
     """
 
     def __init__(self) -> None:
@@ -43,7 +44,7 @@ class Limits:
 
         Args:
             site: the site.
-            known: the sites that are there now; if there are too many others, these are forgotten.
+            known: the sites that are there now; if there are too many others, the others are forgotten.
         """
         if site not in self._sites and len(self._sites) >= _MAX_SITES:
             self._sites = {name: limits for name, limits in self._sites.items() if name in known}

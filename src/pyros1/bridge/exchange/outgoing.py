@@ -18,13 +18,13 @@ from pyros1.bridge.protocol.packets import MAX_NUMBERS, Flag, LatchedList, Messa
 from pyros1.bridge.rules.rules import Settings
 
 HISTORY_BYTES = 8 << 20
-"""Maximum total size in bytes of the messages of a reliable topic that are kept; at least one is."""
+"""Maximum total size in bytes of the messages kept for a reliable topic; at least one is kept."""
 HISTORY_MESSAGES = 2_000
 """Maximum number of these messages."""
 
 
 class ReceivedMessage(NamedTuple):
-    """A message that a site's bridge has got from its publisher.
+    """A message that a site's bridge has received from its publisher.
 
     Attributes:
         publisher: the publisher's name.
@@ -68,12 +68,12 @@ class OutgoingTopic:
     """A topic that is offered to other sites.
 
     Args:
-        offered: how it is offered; whether it is latched may change.
-        settings: how its messages travel.
+        offered: how it is offered; `latched` may change.
+        settings: how its messages are sent.
         epoch: this site's epoch.
 
     Attributes:
-        requests: the sites that want it, with the rate that each wants; 0 for all messages.
+        requests: the sites that want it, and each one's rate; 0 for all messages.
         last: the number of the last message.
     """
 
@@ -88,9 +88,7 @@ class OutgoingTopic:
         self._first_received_at: dict[str, float] = {}
         self._next_publisher = 1
         self._due: dict[str, float] = {}  # publisher -> when its next message may be sent
-        self._waiting: dict[
-            str, tuple[ReceivedMessage, float]
-        ] = {}  # latched messages that came more often than the rate
+        self._waiting: dict[str, tuple[ReceivedMessage, float]] = {}  # latched messages over the rate limit
         self._latched: dict[str, NumberedMessage] = {}
         self._history: deque[NumberedMessage] = deque()
         self._history_bytes = 0
@@ -132,7 +130,7 @@ class OutgoingTopic:
         return self._number(received, now)
 
     def is_due(self, received: ReceivedMessage, now: float) -> bool:
-        """Return whether `take` would take a message at this time, or keep it for later: whether to convert it."""
+        """Return whether `take` would send a message now, or keep it for later: if not, it need not be converted."""
         period = self._period
         is_kept = received.latched and self.offered.latched
         return period is None or is_kept or self._next_due(received.publisher, period, now)[1]
@@ -180,7 +178,9 @@ class OutgoingTopic:
             self._history_bytes -= len(self._history.popleft().body)
 
     def due(self, now: float) -> list[NumberedMessage]:
-        """Return the latched messages that waited for the rate, and may be sent now; and forget what is too old."""
+        """Return the latched messages that were held back by the rate limit and may be sent now; forget messages that
+        are too old.
+        """
         age = self.settings.age
         while self._history and now - self._history[0].head.received_at > age:
             self._history_bytes -= len(self._history.popleft().body)
@@ -194,7 +194,7 @@ class OutgoingTopic:
         return ready
 
     def drop_publishers(self, gone: list[str], now: float) -> list[NumberedMessage]:
-        """Remove publishers, and return the notices of those that had latched a message."""
+        """Remove publishers; return notices that those with latched messages are gone."""
         notes = []
         for name in gone:
             self._due.pop(name, None)
@@ -213,8 +213,8 @@ class OutgoingTopic:
 
         Args:
             registered: the publishers that the master knows.
-            asked_at: when the master was asked. A publisher whose first message came later may be new; whose came
-                earlier was registered before, even if only for a moment.
+            asked_at: when the master was asked. A publisher whose first message came later may be new; one whose first
+                message came earlier was registered before, even if only for a moment.
         """
         return [
             name for name in self._publishers if name not in registered and self._first_received_at[name] < asked_at
@@ -227,7 +227,7 @@ class OutgoingTopic:
         return messages, LatchedList(self.topic, self.last, numbers)
 
     def copy_latched(self, other: OutgoingTopic) -> None:
-        """Copy the latched messages of another topic with the same publishers, since they are not sent again."""
+        """Copy the latched messages of another topic with the same publishers, which do not publish them again."""
         newest = {name: (message.body, message.head.received_at) for name, message in other._latched.items()}
         newest |= {name: (received.body, received_at) for name, (received, received_at) in other._waiting.items()}
         for name, (body, received_at) in newest.items():
@@ -236,7 +236,7 @@ class OutgoingTopic:
                 self._number(received, received_at)
 
     def resend(self, missed: ResendRequest) -> tuple[list[NumberedMessage], int]:
-        """Return the messages that a site missed and that are still kept, and the number of the first that is kept."""
+        """Return the messages that a site missed, as far as they are kept, and the number of the first message kept."""
         first_kept = self._history[0].head.number if self._history else self.last + 1
         found = [message for message in self._history if missed.first <= message.head.number <= missed.last]
         return found[:MAX_NUMBERS], first_kept

@@ -1,6 +1,5 @@
-"""The topics that a bridge publishes on its site's master: which they are, and which have subscribers there. No I/O.
-
-Several topics of other sites may have one name here; then they must have the same type, and the first one decides.
+"""The topics that a bridge publishes on its site's master. No I/O. Several topics of other sites may have the same
+local name; they must then have the same type, which the first one decides.
 """
 
 from __future__ import annotations
@@ -35,7 +34,7 @@ class Outputs:
     def __init__(self) -> None:
         self._outputs: dict[str, Output] = {}
         self._origins: dict[str, tuple[str, ...]] = {}
-        self._sources: dict[str, set[Source]] = {}  # topic -> the sources with latched messages
+        self._sources: dict[str, set[Source]] = {}  # topic -> its sources with latched messages
 
     def changed(self, wanted: Mapping[str, Output]) -> set[str]:
         """Return the topics that `update` would withdraw, even if it publishes them again with another type."""
@@ -46,7 +45,7 @@ class Outputs:
         }
 
     def update(self, wanted: Mapping[str, Output], origins: Mapping[str, tuple[str, ...]]) -> list[Action]:
-        """Publish exactly these topics, and return the actions for that.
+        """Return the actions after which exactly these topics are published.
 
         Args:
             wanted: the topics, by name.
@@ -87,7 +86,7 @@ class Outputs:
         return [Forget(local, source)]
 
     def forget_feed(self, local: str, feed: Feed) -> list[Action]:
-        """Return the actions after which no messages of another site's topic are kept."""
+        """Return the actions that discard all messages kept from another site's topic."""
         sources = [source for source in self._sources.get(local, ()) if source[:2] == feed]
         return [action for source in sorted(sources) for action in self.forget(local, source)]
 
@@ -98,7 +97,7 @@ class Candidate(NamedTuple):
     Attributes:
         local: its name here.
         feed: where it comes from.
-        output: its type; None as long as its definition is not known.
+        output: its type; None until its definition is known.
     """
 
     local: str
@@ -107,10 +106,10 @@ class Candidate(NamedTuple):
 
 
 def choose(candidates: Iterable[Candidate]) -> tuple[dict[str, Output], dict[Feed, str]]:
-    """Return what to publish, by name, and why some topics cannot be.
+    """Return what to publish, by name, and why some topics cannot be published.
 
     Args:
-        candidates: the topics of other sites; those that are first decide about the type.
+        candidates: the topics of other sites; the first one with a name decides its type.
     """
     outputs: dict[str, Output] = {}
     refused: dict[Feed, str] = {}
@@ -121,7 +120,7 @@ def choose(candidates: Iterable[Candidate]) -> tuple[dict[str, Output], dict[Fee
         if known is None:
             outputs[local] = output
         elif known.md5sum != output.md5sum:
-            refused[feed] = f"{local} is a {known.type} already, not a {output.type}"
+            refused[feed] = f"{local} is already a {known.type}, not a {output.type}"
         elif output.latched and not known.latched:
             outputs[local] = known._replace(latched=True)
     return outputs, refused

@@ -4,13 +4,13 @@ The states, and the transitions between them:
 
 - *heard*: a packet came under the site's name. Recorded packets can be sent again, and the network can delay
   packets, so this proves nothing yet.
-- *present*: it has answered a heartbeat that was sent after this run of it (its *epoch*) was first heard, so the
-  answer is not an echo of an earlier run. From now on its lists and messages are accepted, if they carry this epoch.
+- *present*: it has answered a heartbeat that was sent after its current run (its *epoch*) was first heard, so the
+answer is not an echo from an earlier run. From now on its lists and messages are accepted if they carry this epoch.
 - *lost*: no new answer came within the delay set by this site's rules. Its state is kept, since it may come back.
 
-A lost site that answers again is present. A restarted site is heard under a new epoch, and becomes present under it
-with its first answer; the state of its earlier run is then discarded. A lost site is forgotten after `FORGET_DELAY`, a
-site that was only heard after `HEARD_DELAY`, and one that says goodbye at once.
+A lost site that answers again is present. A restarted site is first heard with a new epoch and becomes present with its
+first answer; the state of its earlier run is then discarded. A lost site is forgotten after `FORGET_DELAY`, a site that
+was only heard after `HEARD_DELAY`, and one that says goodbye at once.
 """
 
 from __future__ import annotations
@@ -26,14 +26,15 @@ from pyros1.bridge.protocol.packets import Heartbeat
 from pyros1.bridge.rules.rules import LOSS_DELAY
 
 _PERIODS = 5
-"""Number of heartbeats within the delay after which a site is lost. The other site's next heartbeat answers one, so
-even without packet loss the last answered heartbeat can be two periods and a round trip old."""
+"""Number of heartbeats within the delay after which a site is lost. A heartbeat is answered by the other site's next
+one, so even without packet loss the last answered heartbeat can be two periods and a round trip old.
+"""
 MIN_PERIOD = 0.2
 """Minimum seconds between heartbeats, even if another site asks for more."""
 FORGET_DELAY = 60.0
 """Seconds after which a lost site is forgotten."""
 HEARD_DELAY = 10.0
-"""The same for a site that was never present: invented names must not displace other sites for long."""
+"""The same for a site that was never present: made-up names must not displace other sites for long."""
 _ANSWER_PERIOD = 0.1
 """Minimum seconds between heartbeats in response to packets of a site that is not present yet, so that a flood of such
 packets does not cause a flood of heartbeats."""
@@ -41,7 +42,7 @@ _NAMESAKE_TIME = 10.0
 """Seconds after which packets of a previous run cannot be merely delayed ones: two bridges must have the same name."""
 _NAMESAKE_TURNS = 5
 _SHARED_TIME = 60.0
-"""Seconds for which the status reports two bridges with the same name, after the last sign of it."""
+"""Seconds for which the status reports two bridges with the same name after the last sign of them."""
 _KEPT_RUNS = 64
 """Number of earlier runs that are remembered, to recognise their packets."""
 _KEPT_HEARTBEATS = 64
@@ -74,11 +75,11 @@ class SiteStatus(NamedTuple):
 
 
 class _Candidate(NamedTuple):
-    """A run of the site that has not yet proved that it is the current one."""
+    """A run of the site that has not yet proved to be the current one."""
 
     epoch: int
     first_heartbeat: int
-    """Number of the first heartbeat that was sent after it was heard; only an answer to this or a later one counts."""
+    """Number of the first heartbeat sent after it was heard; only an answer to this or a later one counts."""
 
 
 class Change(Enum):
@@ -97,21 +98,21 @@ class Peer:
     Args:
         name: the other site's name.
         own_epoch: this site's epoch.
-        numbers: the numbers of heartbeats; shared by all peers of a site. A run never uses a number twice, not even
-            for a peer that it has forgotten since, as the other side may remember the number.
+        numbers: the numbers of heartbeats; shared by all peers of a site. A run never reuses a number, not even for a
+            peer it had forgotten, since the peer may remember the number.
         now: the current time.
-        loss_delay: seconds from the last heartbeat that was answered until the site is lost.
+        loss_delay: seconds after sending the last answered heartbeat until the site is lost.
 
     Attributes:
         state: its state.
-        epoch: its current run; 0 if it was never present.
+        epoch: the number of its current run; 0 if it was never present.
         clock: the offset of its clock.
         answer_due: whether a heartbeat must be sent now.
         offer_wanted, request_wanted: the versions of its lists for us; 0 if unknown.
         offer_seen, request_seen, services_seen: the versions of our lists that it has; -1 for none.
         lost_at: when it was lost.
-        alternates: whether the current run replaced one that was present, and was itself current before: two bridges
-            with the same name take turns.
+        alternates: whether the current run replaced one that was present, and had been current before: two bridges with
+            the same name take turns.
         is_shared: whether two bridges have used this name within the last minute.
     """
 
@@ -132,7 +133,7 @@ class Peer:
         self._period = self._their_period = max(MIN_PERIOD, loss_delay / _PERIODS)
         self._candidate: _Candidate | None = None
         self._heard_at = now
-        self._answered_at = now  # when the newest heartbeat that it has answered was sent
+        self._answered_at = now  # when the newest heartbeat it has answered was sent
         self._sent: dict[int, float] = {}
         self._numbers = numbers
         self._last_number = 0
@@ -153,11 +154,11 @@ class Peer:
         return self.state is State.PRESENT
 
     def is_current(self, epoch: int, to_epoch: int) -> bool:
-        """Return whether a packet is from the present run of the site, and for this run of ours, or for all sites."""
+        """Return whether a packet is from the site's current run, and for our current run or for all sites."""
         return self.state is State.PRESENT and epoch == self.epoch and to_epoch in (0, self._own_epoch)
 
     def hear(self, epoch: int, now: float) -> None:
-        """Handle the epoch of a packet; an unanswered one proves nothing."""
+        """Handle the epoch of a packet that is not a valid answer, and so proves nothing."""
         if self.state is not State.LOST:
             self._heard_at = now
         if epoch and epoch == self._former_epoch and now - self._started_at >= _NAMESAKE_TIME:
@@ -201,7 +202,7 @@ class Peer:
             self._received[epoch] = (number, now)
 
     def _confirms(self, epoch: int, echo: int) -> bool:
-        """Return whether the answer to a heartbeat shows that a run of the site is the current one."""
+        """Return whether the answer to a heartbeat shows that this run of the site is the current one."""
         candidate = self._candidate
         return candidate is not None and candidate.epoch == epoch and echo >= candidate.first_heartbeat
 
@@ -240,7 +241,7 @@ class Peer:
         return is_new
 
     def tick(self, now: float) -> bool:
-        """Return whether the site is lost now, and was not before."""
+        """Return whether the site has just been lost."""
         self.is_shared = self.is_shared and now - self._namesake_at < _SHARED_TIME
         if self.state is not State.PRESENT or now - self._answered_at < self._loss_delay:
             return False
@@ -256,7 +257,7 @@ class Peer:
         return now - self._heard_at >= HEARD_DELAY
 
     def wants_heartbeat(self, now: float) -> bool:
-        """Return whether a heartbeat is due now: both sites use the shorter one of their periods."""
+        """Return whether a heartbeat is due now: both sites use the shorter of their periods."""
         period = max(MIN_PERIOD, min(self._period, self._their_period if self.is_present else self._period))
         return self.answer_due or now - self._heartbeat_sent_at >= period
 
@@ -271,14 +272,14 @@ class Peer:
         nodes: Sequence[str] = (),
         is_separate: bool = False,
     ) -> tuple[int, Heartbeat]:
-        """Return the next heartbeat to the site, after the epoch of the run that it is for.
+        """Return the epoch of the run that the next heartbeat is for, and the heartbeat.
 
         Args:
             now: the current time.
             offer, request: the versions of our lists for it.
             seen: the versions of its lists that we have; -1 for none.
             tails, nodes, is_separate: see `Heartbeat`.
-            services: the version of our list of services for it, and of its list that we have.
+            services: the version of our list of services for it, and the version of its list that we have.
         """
         number = self._last_number = next(self._numbers)
         self._sent[number] = now

@@ -19,13 +19,13 @@ class PeerLists:
     """The lists between this site and another one.
 
     Args:
-        versions: the next version; shared by all lists of a site.
+        versions: the next version numbers; shared by all lists of a site.
 
     Attributes:
         offer, request, services: what this site sends.
         their_offer, their_request, their_services: what it receives.
         nodes: the nodes that the last heartbeat to the other site named.
-        is_separate: whether that heartbeat said that it gets packets of its own.
+        is_separate: whether that heartbeat said that the site gets its own packets.
     """
 
     def __init__(self, versions: Iterator[int]) -> None:
@@ -35,7 +35,7 @@ class PeerLists:
         self.is_separate = False
 
     def due(self, peer: Peer, now: float) -> Iterator[tuple[Kind, bytes]]:
-        """Yield the pages to send to the other site, which has not got them, each with the kind of its list."""
+        """Yield the pages that the other site does not have yet, each after the kind of its list."""
         for kind, sender, seen in (
             (Kind.OFFER, self.offer, peer.offer_seen),
             (Kind.REQUEST, self.request, peer.request_seen),

@@ -1,4 +1,4 @@
-"""Pending lists of other sites: applying one takes some milliseconds, so a site may not change its lists in floods.
+"""Pending lists of other sites: applying one takes some milliseconds, so their rate is limited.
 
 Only the newest list of each kind is kept. No I/O.
 """
@@ -12,9 +12,9 @@ from pyros1.bridge.exchange.token_bucket import TokenBucket
 from pyros1.bridge.protocol.packets import Kind
 
 _RATE = 1.0
-"""Lists of a kind and a site that are applied per second."""
+"""Lists of one kind from one site that are applied per second."""
 _BURST = 3
-"""Number of lists that are applied at once after a pause: topics often come and go together."""
+"""Number of lists applied at once after a pause: topics often come and go together."""
 
 
 class PendingLists:
@@ -29,10 +29,10 @@ class PendingLists:
         self._pending[kind] = entries
 
     def take(self, now: float) -> list[tuple[Kind, Sequence[Any]]]:
-        """Remove and return the lists that are to be applied now."""
+        """Remove and return the lists to apply now."""
         kinds = [kind for kind in self._pending if self._buckets[kind].take(now)]
         return [(kind, self._pending.pop(kind)) for kind in kinds]
 
     def clear(self) -> None:
-        """Forget the waiting lists, since the site is gone or has started again."""
+        """Forget the waiting lists, since the site is gone or has restarted."""
         self._pending.clear()

@@ -1,7 +1,7 @@
 """The responding nodes of other sites that publish the topics this site requests. No I/O.
 
-Each is represented here by a node of its name below that of its site, which lives as long as it does, so programs can
-watch it as any other node. A site names only nodes whose responses it checks, so none is represented that may be dead.
+Each is represented here by a node with the same name in its site's namespace, which lives as long as the original, so
+programs can watch it like any other node. A site names only nodes that respond to it, so no dead node is represented.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ class RemoteNodes:
     """The nodes of other sites that are represented here.
 
     Args:
-        rules: this site's rules, which say below which name.
+        rules: this site's rules, which set each site's namespace.
     """
 
     def __init__(self, rules: Rules) -> None:
@@ -33,7 +33,7 @@ class RemoteNodes:
         if set(names) == set(known.values()):
             return []
         others = {local for each, nodes in self._names.items() if each != site for local in nodes}
-        # Always below a name: otherwise a site could replace nodes here by naming its own like them.
+        # Always in a namespace: otherwise a site could replace local nodes by giving its own nodes their names.
         prefix = self._rules.prefix(site) or f"/{site}"
         wanted = {
             prefix + name: name
@@ -54,5 +54,5 @@ class RemoteNodes:
         return self.update(site, ())
 
     def names(self, site: str) -> list[str]:
-        """Return the names here of a site's nodes."""
+        """Return the local names of a site's nodes."""
         return sorted(self._names.get(site, ()))

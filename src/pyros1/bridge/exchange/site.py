@@ -1,22 +1,22 @@
 """A site: tracks other sites, and exchanges topics with them. Values in, actions out; no I/O.
 
 Its runner calls `on_packet` for each packet, `on_message` for each message of a topic it has subscribed to,
-`set_topics` and `set_subscribed` when the site's master has changed, and `tick` several times per second. All of them
-take the time of a clock that never jumps, in seconds, and return actions to be done in that order.
+`set_topics` and `set_subscribed` when the graph of the site's master has changed, and `tick` several times per second.
+All of them get the time in seconds by a clock that never jumps, and return actions to carry out in order.
 
-What a site does about another one, by its state (`peer.State`):
+How a site reacts to another one, by its state (`peer.State`):
 
 ====================  ================================================================================================
 event                 what follows
 ====================  ================================================================================================
 heard                 a heartbeat is sent, since only an answer to it proves that the other site is running now
 started (present)     the state of an earlier run is dropped; both send their offers, then their requests
-heartbeat                  lists that the other site lacks are sent again; messages that were missed are asked for
+heartbeat             lists that the other site lacks are sent again; missed messages are requested
 lost                  its topics are withdrawn here, so that subscribers notice, and calls of its services fail; nothing
-                      is sent to it on purpose; its state and its requests are kept
-returned (present)    the same run goes on: its topics are published again, what was missed and is not too old is asked
-                      for, newest messages flow
-forgotten, goodbye    its topics are withdrawn here; its requests, and sources that nobody else wants, are dropped
+                      more is sent to it specifically; its state and its requests are kept
+returned (present)    the same run goes on: its topics are published again, missed messages that are not too old are
+                      requested, new messages flow
+forgotten, goodbye    its topics are withdrawn here; its requests, and subscriptions that nobody else needs, are dropped
 ====================  ================================================================================================
 """
 
@@ -61,23 +61,23 @@ from pyros1.bridge.protocol.packets import (
 from pyros1.bridge.rules.rules import Priority, Rules
 
 _HELLO_PERIOD = 1.0
-"""Seconds between packets by which sites find each other."""
+"""Seconds between the packets by which sites find each other."""
 MAX_SITES = 256
-"""Maximum number of other sites; what further ones send is ignored."""
+"""Maximum number of other sites; packets from further ones are ignored."""
 
 
 class Site:
     """A site.
 
     Args:
-        rules: its rules; they have its name.
-        epoch: a random number from 1 to 2^64 - 1, another one for each run.
+        rules: its rules, which contain its name.
+        epoch: a random number from 1 to 2^64 - 1, a new one for each run.
         now: the current time.
 
     Attributes:
         ignored: how many packets were ignored for each reason.
-        services: the services of this site and of others, and calls of them.
-        topic_receiver: receives the topics that the rules take.
+        services: the services of this and other sites, and the calls to them.
+        topic_receiver: receives the topics that the rules accept.
     """
 
     def __init__(self, rules: Rules, epoch: int, now: float) -> None:
@@ -122,7 +122,7 @@ class Site:
     # This site's master -----------------------------------------------------------------------------------------------
 
     def set_topics(self, topics: Iterable[LocalTopic], asked_at: float, now: float) -> list[Action]:
-        """Record which topics the nodes of this site's master, except bridges, published when it was queried."""
+        """Record the topics that this site's nodes, except bridges, published when its master was queried."""
         known = [*topics]
         actions = self._topic_sender.set_topics(known, asked_at, now)
         if self.topic_receiver.set_local_topics([topic.name for topic in known if topic.publishers]):
@@ -132,12 +132,12 @@ class Site:
         return actions + self._announcements.heartbeats(now)
 
     def set_responding(self, nodes: Iterable[str], now: float) -> list[Action]:
-        """Record which of the nodes that publish what other sites want respond."""
+        """Record which nodes respond, of those that publish topics other sites want."""
         self._topic_sender.set_responding(nodes)
         return self._announcements.heartbeats(now)
 
     def set_subscribed(self, subscribed: Iterable[str], now: float) -> list[Action]:
-        """Record to which topics that this site publishes nodes of its master subscribe."""
+        """Record which of the topics published here for other sites have subscribers."""
         return self.topic_receiver.set_subscribed(subscribed, now) + self._announcements.update_requests(now)
 
     def on_message(
@@ -154,14 +154,14 @@ class Site:
             local: the topic's name.
             received: the message.
             is_bridged: whether its publisher is a bridge, this one or another.
-            now: the current time, or when the message came if it was converted since then.
+            now: the current time, or the arrival time of a message that had to be converted first.
             conversion: how it was converted; None if it was not.
         """
         return self._topic_sender.on_message(local, received, is_bridged, now, conversion)
 
     @property
     def topic_sender(self) -> TopicSender:
-        """The topics that the site sends; decides which messages to convert, and counts those that were not."""
+        """The topics that the site sends; decides which messages to convert, and counts those not converted."""
         return self._topic_sender
 
     # Services ---------------------------------------------------------------------------------------------------------
@@ -170,8 +170,8 @@ class Site:
         """Record which services nodes of this site's master provide.
 
         Args:
-            services: those of nodes that are no bridges, with their types.
-            taken: all names of services that this bridge does not provide -> the nodes that provide them.
+            services: the services of nodes other than bridges, with their types.
+            taken: the name of each service that this bridge does not provide -> the node that provides it.
             now: the current time.
         """
         self.services.served.set_services(services)
@@ -197,7 +197,7 @@ class Site:
                 actions += self._remote_nodes.drop(peer.name) + self.topic_receiver.apply(now)
                 actions += self._announcements.update(now)
             if peer.pop_namesake():
-                actions.append(Log(f"two bridges call themselves {peer.name}: use another --site", is_warning=True))
+                actions.append(Log(f"two bridges are named {peer.name}: use another --site", is_warning=True))
             if peer.is_forgotten(now):
                 actions += self._forget(peer, now, "does not respond")
         if self._slow_sites.tick(now, self._peers):
@@ -213,7 +213,7 @@ class Site:
         return actions + self._announcements.heartbeats(now) + self._announcements.pages(now)
 
     def leave(self) -> list[Action]:
-        """Return the last actions, which announce to other sites that this one leaves."""
+        """Return the last actions, which tell other sites that this one leaves."""
         return [
             Send(to_key(peer.name), encode_head(Kind.BYE, self._epoch, peer.epoch), priority=Priority.URGENT)
             for peer in self._peers.values()
@@ -232,7 +232,7 @@ class Site:
         return [Probe(peer.name, peer.clock.shortest_round_trip, packet) for peer, packet in packets]
 
     def on_slow(self, site: str, now: float) -> list[Action]:
-        """Record that a site holds up others, and return the actions that follow."""
+        """Record that a site holds up others, and return the resulting actions."""
         if site in self._peers:
             self._slow_sites.add(site, now)
         self._topic_sender.separate = self._slow_sites.separate
@@ -241,7 +241,7 @@ class Site:
     # Packets ----------------------------------------------------------------------------------------------------------
 
     def on_packet(self, key: Key, head: bytes, body: bytes, now: float) -> list[Action]:
-        """Handle a packet from another site. One that is not valid is ignored and counted.
+        """Handle a packet from another site. Invalid packets are ignored and counted.
 
         Args:
             key: the key on which it came.
@@ -265,21 +265,21 @@ class Site:
         if self._has_namesake:
             return []
         self._has_namesake = True
-        text = f"another bridge calls itself {self.name}, too: each site needs a name of its own"
+        text = f"another bridge is also named {self.name}: each site needs its own name"
         return [Log(text, is_warning=True)]
 
     def _on_message_packet(self, site: str, topic: SharedName, head: bytes, body: bytes, now: float) -> list[Action]:
         message = decode_message_head(head)
         peer = self._peers.get(site)
         if peer is None or not peer.is_current(message.epoch, message.to_epoch):
-            return self._ignore(f"{site}: messages of a run that is not present")
+            return self._ignore(f"{site}: messages from a run that is not current")
         return self.topic_receiver.on_message(site, topic, message, body, now)
 
     def _on_call_packet(self, site: str, service: SharedName, head: bytes, body: bytes, now: float) -> list[Action]:
         call = decode_call_head(head)
         peer = self._peers.get(site)
         if peer is None or call.to_epoch != self._epoch or not peer.is_current(call.epoch, call.to_epoch):
-            return self._ignore(f"{site}: calls of a run that is not present")
+            return self._ignore(f"{site}: calls from a run that is not current")
         return self.services.on_packet(site, service, call, body, now)
 
     def _on_control(self, key: Key, head: bytes, body: bytes, now: float) -> list[Action]:
@@ -297,7 +297,7 @@ class Site:
             return self._on_heartbeat(key.site, epoch, to_epoch, body, now)
         peer = self._peers.get(key.site)
         if peer is None or to_epoch != self._epoch or not peer.is_current(epoch, to_epoch):
-            return self._ignore(f"{key.site}: packets of a run that is not present")
+            return self._ignore(f"{key.site}: packets from a run that is not current")
         if kind is Kind.BYE:
             return [Log(f"site {peer.name} has left"), *self._forget(peer, now, "has left")]
         handler = self._on_kind.get(kind)
@@ -314,7 +314,7 @@ class Site:
         peer = self._peers.get(name)
         if peer is None:
             if len(self._peers) >= MAX_SITES:
-                self._ignore("more sites than there may be")
+                self._ignore("too many sites")
                 return None
             peer = self._peers[name] = Peer(name, self._epoch, self._heartbeat_numbers, now, self._rules.loss_delay)
             self._announcements.begin(name)
@@ -336,7 +336,7 @@ class Site:
             actions += self._update_peers(now)
             actions += self._announcements.heartbeats(now)
             actions += self._announcements.update(now)
-            if not peer.alternates:  # of two bridges with one name, `tick` warns
+            if not peer.alternates:  # `tick` warns about two bridges with the same name
                 actions.append(Log(f"site {site} is present"))
         elif change is Change.RETURNED:
             actions += self.topic_receiver.on_return(site, now)
@@ -347,7 +347,7 @@ class Site:
             actions += self._remote_nodes.update(site, heartbeat.nodes)
             actions += self.topic_receiver.set_separate(site, heartbeat.is_separate)
             actions += self.topic_receiver.on_tails(site, heartbeat.tails, now)
-        # Heartbeats go first: the other site may take this one for present only when it has got one.
+        # Heartbeats go first: the other site may consider this one present only after receiving one.
         return actions + self._announcements.heartbeats(now) + self._announcements.pages(now)
 
     def _update_peers(self, now: float) -> list[Action]:
@@ -393,7 +393,7 @@ class Site:
     def _on_definition(self, site: str, body: bytes, now: float) -> list[Action]:
         token_bucket = self._limits.of(site, self._peers).definitions
         if not token_bucket.take(now):
-            return self._ignore(f"{site}: more definitions than are read")
+            return self._ignore(f"{site}: too many definitions")
         token_bucket.charge(len(body))
         return self.topic_receiver.on_definition(
             site, decode_definition(body), now
@@ -402,7 +402,7 @@ class Site:
     def _on_probe(self, site: str, body: bytes, now: float) -> list[Action]:
         number = decode_probe(body)
         if not self._limits.of(site, self._peers).probes.take(now):
-            return self._ignore(f"{site}: more probes than are answered")
+            return self._ignore(f"{site}: too many probes")
         return [self._to(site, Kind.PROBE_REPLY, encode_probe(number))]
 
     # Status -----------------------------------------------------------------------------------------------------------

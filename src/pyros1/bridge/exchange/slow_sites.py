@@ -1,7 +1,7 @@
 """Sends separate packets to slow sites, so that they do not hold up the others. No I/O.
 
-Heartbeats tell a slow site to stop listening to the packets for all sites. After some time, it shares packets with
-the others again, since its network may have become better; whenever it turns out to be slow again, that time doubles.
+Heartbeats tell a slow site to stop listening to the packets for all sites. After some time it shares packets with the
+others again, since its network may have improved; whenever it turns out to be slow again, that time doubles.
 """
 
 from __future__ import annotations
@@ -12,7 +12,9 @@ FIRST_TIME = 30.0
 LONGEST_TIME = 900.0
 """Seconds for which a site gets its own packets."""
 OVERLAP = 2.0
-"""Seconds for which it still gets them after it was told to listen to the common packets, which takes some time."""
+"""Seconds for which it still gets them after it was told to listen to the common packets, since switching takes some
+time.
+"""
 
 
 class _SlowSite:
@@ -39,7 +41,7 @@ class SlowSites:
         return found is not None and now < found.until
 
     def add(self, site: str, now: float) -> None:
-        """Record that a site is slow; nothing changes if that is known."""
+        """Record that a site is slow; nothing changes if it is already known to be."""
         found = self._sites.setdefault(site, _SlowSite())
         if not self.is_flagged(site, now):
             found.duration = min(LONGEST_TIME, 2 * found.duration)
@@ -47,10 +49,10 @@ class SlowSites:
             self._separate[site] = found
 
     def tick(self, now: float, known: Container[str]) -> bool:
-        """Record that time has passed, and which sites are known.
+        """Return some sites to the common packets once their time is over, and forget sites that are not known.
 
         Returns:
-            Whether sites share packets with others again.
+            Whether any site shares packets with others again, or was forgotten.
         """
         self._sites = {name: site for name, site in self._sites.items() if name in known}
         before = len(self._separate)

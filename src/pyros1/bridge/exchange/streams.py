@@ -1,14 +1,14 @@
-"""The receiving end of a topic between sites: orders messages, drops repetitions, and detects gaps.
+"""The receiving end of a topic between sites: orders messages, drops duplicates, and detects gaps.
 
-There is one stream for each topic of each run of a site. Packets may come late, twice, in another order, or never. What
-all streams promise: no message is delivered twice, and none of a publisher after a later one. They differ in what they
-do about a gap in the numbers:
+There is one stream for each topic of each run of a site. Packets may arrive late, twice, out of order, or never. Every
+stream guarantees that no message is delivered twice, or after a later one from the same publisher. They differ in what
+they do about a gap in the numbers:
 
 - `NewestStream` continues with the later message;
-- `ReliableStream` keeps later messages back, asks for the missed ones, and goes on without them only when the sender
-  says that it no longer has them, or when they would be too old;
-- `LatchedStream` delivers at once, since only the last message of each publisher counts, and compares what it has with
-  what the sender holds.
+- `ReliableStream` holds back later messages, requests the missed ones, and continues without them only when the sender
+says that it no longer has them, or when they would be too old;
+- `LatchedStream` delivers at once, since only each publisher's last message counts, and compares its messages with
+those that the sender holds.
 
 No I/O. All times are in seconds.
 """
@@ -27,17 +27,17 @@ _LAST_RETRY = 8.0
 requests may still be in transit."""
 _BUFFER_MESSAGES = 2_000
 _BUFFER_BYTES = 8 << 20
-"""Maximum total size in bytes of the messages that are kept back while earlier ones are missed."""
+"""Maximum number and total size in bytes of the messages held back until missed ones arrive."""
 SITE_BUFFER_BYTES = 64 << 20
-"""The same for all topics of a site."""
+"""The maximum size for all topics of a site together."""
 MESSAGE_COST = 500
-"""Bytes that a message which is kept back takes besides its body, about: it may be empty."""
+"""Approximate bytes that a held-back message takes besides its body, which may be empty."""
 _FIRST_WAIT = 2.0
-"""Seconds to wait for missed messages if they may be of any age."""
+"""Seconds to wait for missed messages if their age is not limited."""
 
 
 class Delivery(NamedTuple):
-    """A message to deliver, or the notice that a publisher's latched message is withdrawn (`body` is None)."""
+    """A message to deliver, or a notice that a publisher's latched message is withdrawn (`body` is None)."""
 
     head: MessageHead
     body: bytes | None
@@ -48,14 +48,14 @@ class Stream(Protocol):
 
     Attributes:
         drops: how many messages were dropped for each reason.
-        highest: the highest number that has come.
+        highest: the highest number received.
     """
 
     drops: dict[str, int]
     highest: int
 
     def restart(self, now: float) -> None:
-        """Restart after the topic was not wanted for a time; messages that were delivered before are not repeated."""
+        """Restart after the topic was not wanted for a while; messages delivered before are not repeated."""
         ...
 
     def accept(self, head: MessageHead, body: bytes, now: float) -> list[Delivery]:
@@ -67,7 +67,7 @@ class Stream(Protocol):
         ...
 
     def missed(self, now: float) -> tuple[int, int] | None:
-        """Return the numbers of the first and last message to ask for now; None if there are none."""
+        """Return the numbers of the first and last message to request now; None if there are none."""
         ...
 
     def tick(self, now: float) -> list[Delivery]:
@@ -75,7 +75,7 @@ class Stream(Protocol):
         ...
 
     def on_gone(self, gone: ResendRefusal, now: float) -> list[Delivery]:
-        """Handle that some messages cannot be sent again; return the deliveries."""
+        """Handle a refusal to resend some messages; return the deliveries."""
         ...
 
     def on_latched_list(self, latched_list: LatchedList) -> list[Delivery]:
@@ -84,7 +84,7 @@ class Stream(Protocol):
 
 
 class BufferedBytes:
-    """How many bytes the streams of a site keep back."""
+    """How many bytes a site's streams hold back."""
 
     def __init__(self) -> None:
         self.total = 0
@@ -94,7 +94,7 @@ class _Questions:
     """When to ask for missed messages.
 
     Args:
-        asked_at: when they were asked for already; None if they were not.
+        asked_at: when they were last asked for; None if never.
     """
 
     def __init__(self, asked_at: float | None = None) -> None:
@@ -102,7 +102,7 @@ class _Questions:
         self._period = 0.0 if asked_at is None else _FIRST_RETRY
 
     def is_due(self, now: float) -> bool:
-        """Return whether to ask now; if so, it counts as asked."""
+        """Return whether to ask now; if so, record it."""
         if now - self._asked_at < self._period:
             return False
         self._period = min(_LAST_RETRY, max(_FIRST_RETRY, 2 * self._period))
@@ -146,7 +146,7 @@ class NewestStream(_CountingStream):
         return [Delivery(head, body)]
 
     def on_tail(self, number: int, now: float) -> None:
-        """Do nothing: what is missed is not asked for."""
+        """Do nothing: missed messages are not requested."""
 
     def missed(self, now: float) -> tuple[int, int] | None:
         """Return None."""
@@ -169,8 +169,8 @@ class ReliableStream(_CountingStream):
     """Delivers all messages in order.
 
     Args:
-        age: maximum age of a message in seconds; None for no limit. Missed messages are waited for as long as they may
-            still be delivered.
+        age: maximum age of a message in seconds; None for no limit. The stream waits for missed messages until they
+            would be too old.
         floor: messages up to this number are not delivered.
         site: what all streams of the site keep back.
     """
@@ -179,7 +179,7 @@ class ReliableStream(_CountingStream):
         super().__init__(floor)
         self._site = site or BufferedBytes()
         self._patience = _FIRST_WAIT if age is None else age
-        self._last: int | None = None  # the last number that was delivered or given up; None at the beginning
+        self._last: int | None = None  # last number delivered or given up; None at the beginning
         self._floor = floor
         self._tail = 0
         self._waiting: dict[int, Delivery] = {}
@@ -196,12 +196,12 @@ class ReliableStream(_CountingStream):
         self._buffer(-self._waiting_bytes)
 
     def _buffer(self, size: int) -> None:
-        """Record how many more bytes are kept back."""
+        """Record how many more bytes are held back."""
         self._waiting_bytes += size
         self._site.total += size
 
     def accept(self, head: MessageHead, body: bytes, now: float) -> list[Delivery]:
-        """See `Stream`. The first message is the beginning: what was sent before was not for this site."""
+        """See `Stream`. The stream begins with the first message: earlier ones were not sent to this site."""
         number = head.number
         if number <= self._floor:
             return self.count(DropReason.REPEATED)
@@ -237,7 +237,7 @@ class ReliableStream(_CountingStream):
         return ready
 
     def _give_up(self, next_number: int, now: float) -> list[Delivery]:
-        """Go on with a number, without the missed messages before it."""
+        """Continue with a number, skipping the missed messages before it."""
         assert self._last is not None
         skipped = sum(number < next_number for number in self._waiting)
         self.count(DropReason.MISSED, max(0, next_number - 1 - self._last - skipped))
@@ -294,33 +294,33 @@ class LatchedStream(_CountingStream):
         super().__init__(floor)
         self._floor = floor
         self._newest: dict[int, int] = {}  # publisher -> number of its last message or note
-        self._present: set[int] = set()  # the publishers whose messages hold
-        self._synced = -1  # everything up to this number is known
-        self._listed_to = 0  # up to this number, only the messages that the newest list has hold
+        self._present: set[int] = set()  # the publishers with a valid latched message
+        self._synced = -1  # nothing up to this number is missing
+        self._listed_to = 0  # up to this number, only messages in the newest list are valid
         self._listed: Mapping[int, int] = {}
         self._tail = 0
         self._questions = _Questions()
 
     def restart(self, now: float) -> None:
-        """See `Stream`. Latched messages are delivered again, since their earlier subscribers are gone."""
+        """See `Stream`. Latched messages are delivered again, since the earlier subscribers are gone."""
         for publisher in self._present:
             self._newest[publisher] -= 1
         self._present.clear()
-        self._synced, self._questions = -1, _Questions(now)  # the request asks for what is held
+        self._synced, self._questions = -1, _Questions(now)  # the request gets the held messages
 
     def accept(self, head: MessageHead, body: bytes, now: float) -> list[Delivery]:
         """See `Stream`."""
         publisher, number = head.publisher, head.number
         self._tail = max(self._tail, number)
         self.highest = max(self.highest, number)
-        # What is latched holds, although it may have been delivered before the topic was offered as latched.
+        # A latched message is valid even if it was delivered before the topic was offered as latched.
         known = self._newest.get(publisher, 0 if head.flags & Flag.LATCHED else self._floor)
         if number == self._synced + 1:
             self._synced = number
         if number <= known:
             return self.count(DropReason.REPEATED if number == known else DropReason.OVERTAKEN)
         if number <= self._listed_to and self._listed.get(publisher) != number:
-            return self.count(DropReason.OVERTAKEN)  # its publisher had sent another one, or was gone
+            return self.count(DropReason.OVERTAKEN)  # its publisher has sent another one, or is gone
         if publisher not in self._newest and len(self._newest) >= MAX_NUMBERS:
             self._forget_gone()
             if len(self._newest) >= MAX_NUMBERS:
@@ -337,7 +337,7 @@ class LatchedStream(_CountingStream):
         return [Delivery(head, None)]
 
     def _forget_gone(self) -> None:
-        """Forget publishers that went so long ago that no more of their messages can arrive."""
+        """Forget publishers that left so long ago that none of their messages can still arrive."""
         for publisher in [each for each in self._newest if each not in self._present][: MAX_NUMBERS // 2]:
             del self._newest[publisher]
 
@@ -346,7 +346,7 @@ class LatchedStream(_CountingStream):
         self._tail = max(self._tail, number)
 
     def missed(self, now: float) -> tuple[int, int] | None:
-        """See `Stream`. The numbers are those after the last one up to which everything is known."""
+        """See `Stream`. The numbers start after the last one up to which nothing is missing."""
         if self._synced >= self._tail or not self._questions.is_due(now):
             return None
         return self._synced + 1, self._tail
@@ -381,10 +381,10 @@ def make_stream(latched: bool, reliable: bool, age: float | None, floor: int, si
     """Return the stream for a topic.
 
     Args:
-        latched, reliable: as the site offers it.
+        latched, reliable: whether the site offers it as such.
         age: maximum age of its messages in seconds; None for no limit.
-        floor: messages up to this number are not delivered, since they may have been before.
-        site: what all streams of the site keep back.
+        floor: messages up to this number are not delivered, since they may have been delivered before. site: counts the
+            bytes that all of the site's streams hold back.
     """
     if latched:
         return LatchedStream(floor)

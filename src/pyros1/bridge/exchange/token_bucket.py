@@ -7,8 +7,8 @@ class TokenBucket:
     """A token bucket.
 
     Args:
-        rate: how often per second.
-        burst: how often at once, after a pause.
+        rate: allowed uses per second.
+        burst: allowed uses at once, after a pause.
     """
 
     def __init__(self, rate: float, burst: float) -> None:
@@ -18,7 +18,7 @@ class TokenBucket:
         self._at = float("-inf")
 
     def take(self, now: float) -> bool:
-        """Return whether it may be done now; if so, it counts as done.
+        """Return whether a use is allowed now; if so, count it.
 
         Args:
             now: the current time in seconds.
@@ -31,5 +31,5 @@ class TokenBucket:
         return True
 
     def charge(self, amount: float) -> None:
-        """Count what has been done as more than once, so that it is allowed again only after some time."""
+        """Count further uses, so that `take` allows the next one only after some time."""
         self._left -= amount

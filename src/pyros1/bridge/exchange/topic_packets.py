@@ -1,4 +1,4 @@
-"""The packets in which a topic's messages travel. No I/O."""
+"""The packets that carry a topic's messages. No I/O."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class TopicPackets:
         epoch: this site's epoch.
 
     Attributes:
-        epochs: those of the other sites that are known.
+        epochs: the epochs of the other known sites.
     """
 
     def __init__(self, epoch: int) -> None:
@@ -53,7 +53,7 @@ class TopicPackets:
         """Return the packets for the latched messages that a topic holds."""
         messages, latched_list = topic.latched_list()
         packets = [self._of_old_message(topic, message, peer) for message in messages]
-        # With their priority, so that it comes after them.
+        # With the messages' priority, so that the list arrives after them.
         return [
             *packets,
             Send(
@@ -65,7 +65,7 @@ class TopicPackets:
         ]
 
     def resend(self, topic: OutgoingTopic, peer: str, missed: ResendRequest) -> list[Send]:
-        """Return the packets for messages that a site has missed, or that tell which ones are no longer kept."""
+        """Return the packets that resend messages a site has missed, or tell which ones are no longer kept."""
         if topic.offered.latched:
             return self.latched_list(topic, peer)
         messages, first_kept = topic.resend(missed)
@@ -78,7 +78,7 @@ class TopicPackets:
     def _of_old_message(self, topic: OutgoingTopic, message: NumberedMessage, peer: str) -> Send:
         head = message.head._replace(to_epoch=self.epochs.get(peer, 0))
         packet = _of_message(topic, message, direct_topic_key(peer, topic.topic), head)
-        # A message that still waits to be sent again is not queued twice.
+        # A message that is already waiting to be resent is not queued twice.
         return packet._replace(replaces=head.number, may_drop=False)
 
     def definition(self, peer: str, definition: Definition) -> Send:

@@ -1,11 +1,11 @@
-"""The topics that a site receives from others, and which of their messages are published here. No I/O.
+"""The topics that a site receives from others, and the messages that are published here. No I/O.
 
-An offered topic that a rule takes is advertised here as soon as its definition is known, so that programs see it. It is
-requested from the other site only while somebody here subscribes to it.
+An offered topic that a rule accepts is advertised here as soon as its definition is known, so that programs see it. It
+is requested from the other site only while somebody here subscribes to it.
 
-While its site is lost, a topic is not advertised, unless another site sends it, too: subscribers lose their
-connections, and so notice that no publisher is left. Requested topics are then *paused*: if somebody subscribes again
-soon after the site has returned, the stream continues where it stopped.
+While its site is lost, a topic is not advertised unless another site sends it too: subscribers lose their connections,
+and so notice that no publisher is left. Requested topics are *paused* meanwhile: if somebody subscribes again soon
+after the site's return, the stream continues where it stopped.
 """
 
 from __future__ import annotations
@@ -43,15 +43,16 @@ from pyros1.bridge.rules.namespaces import LocalNamespaces
 from pyros1.bridge.rules.rules import Rules, Settings, is_command
 
 MAX_TOPICS = 2_000
-"""Maximum number of topics of a site that are published here: all of them are registered with the master."""
+"""Maximum number of topics of a site that are published here: each of them is registered with the master."""
 _MAX_ASKED = 100
 """Maximum number of definitions to ask for at a time."""
 _PAUSE = 10.0
-"""Seconds after the return of a site in which subscribers can come back: nodes need some time to connect again."""
+"""Seconds after a site's return in which subscribers can come back: nodes need some time to reconnect."""
 UPDATE_RATE = 20_000.0
 UPDATE_BURST = 60_000
 """Maximum rate (Hz) and burst of topic updates caused by other sites' lists and definitions. An update covers all
-topics of all sites, and takes about 20 us for each; changes that arrive in between are handled together."""
+topics of all sites, and takes about 20 us per topic; changes that arrive in between are handled together.
+"""
 
 
 class TopicReceiver:
@@ -63,9 +64,9 @@ class TopicReceiver:
         peers: the other sites; shared with the caller, which updates it.
 
     Attributes:
-        streams: the stream of each topic that has been offered, with whether it was latched and reliable. They are
-            kept for the whole run of their site, so that nothing is delivered twice if an offer comes back.
-        buffered: for each site, how much its streams hold back until gaps are filled.
+        streams: for each topic that has been offered, whether it was latched, whether it was reliable, and its stream.
+            Streams are kept for their site's whole run, so that nothing is delivered twice if a topic is offered again.
+        buffered: for each site, how many bytes its streams hold back until gaps are filled.
     """
 
     def __init__(self, rules: Rules, epoch: int, peers: Mapping[str, Peer]) -> None:
@@ -73,16 +74,16 @@ class TopicReceiver:
         self._epoch = epoch
         self._peers = peers
         self._namespaces = LocalNamespaces(rules)
-        self._unwelcome: set[str] = set()  # sites whose topics are refused for that, which has been logged
+        self._unwelcome: set[str] = set()  # sites with topics refused for a name conflict, which has been logged
         self._definitions = Definitions()
         self._outputs = Outputs()
         self._subscribed: frozenset[str] = frozenset()
-        self._separate: set[str] = set()  # sites that send packets for this one alone
+        self._separate: set[str] = set()  # sites that send this one its own packets
         self._incoming: dict[Feed, IncomingTopic] = {}
         self._refused: dict[Feed, tuple[str, str]] = {}  # -> type and reason
         self._unusable: dict[Feed, str] = {}
         self._lacks_definitions = False
-        self._is_outdated = False  # since definitions have come
+        self._is_outdated = False  # since definitions have arrived
         self._updates = TokenBucket(UPDATE_RATE, UPDATE_BURST)
         self.streams: dict[Feed, tuple[bool, bool, Stream]] = {}
         self.buffered: dict[str, BufferedBytes] = {}
@@ -90,32 +91,32 @@ class TopicReceiver:
     # Current state ----------------------------------------------------------------------------------------------------
 
     def set_local_topics(self, topics: Collection[str]) -> bool:
-        """Record which topics nodes of this site's master publish; those of bridges do not count.
+        """Record which topics this site's nodes, except bridges, publish.
 
         Returns:
-            Whether `set_offers` must be called again, since it may now refuse other topics.
+            Whether `set_offers` must be called again, since different topics may now be refused.
         """
         return self._namespaces.update(topics)
 
     def set_offers(self, peer: str, offers: Iterable[OfferedTopic], now: float) -> list[Action]:
-        """Record what another site offers, and return the actions that follow."""
+        """Record what another site offers, and return the resulting actions."""
         return self.note_offers(peer, offers, now) + self.apply(now)
 
     def may_update(self, now: float) -> bool:
-        """Return whether to process new lists of other sites now, or to let them wait."""
+        """Return whether to process other sites' new lists now; otherwise they wait."""
         return self._updates.take(now)
 
     def update(self, now: float) -> list[Action]:
-        """Return the actions that follow from what has been recorded."""
+        """Return the actions that result from what has been recorded."""
         self._updates.charge(len(self._incoming))
         return self.apply(now)
 
     def update_if_outdated(self, now: float) -> list[Action] | None:
-        """Return the actions that follow from definitions that have come; None if none have, or if they must wait."""
+        """Return the actions that result from new definitions; None if there are none, or if they must wait."""
         return self.update(now) if self._is_outdated and self.may_update(now) else None
 
     def note_offers(self, peer: str, offers: Iterable[OfferedTopic], now: float) -> list[Action]:
-        """Record what another site offers, and return the first actions: `update` must follow."""
+        """Record what another site offers, and return the first actions; call `update` afterwards."""
         old = {feed: incoming for feed, incoming in self._incoming.items() if feed[0] == peer}
         for feed in old:
             del self._incoming[feed]
@@ -123,7 +124,7 @@ class TopicReceiver:
         count, conflict = 0, ""
         for offered in offers:
             if is_command(offered.type):
-                offered = offered._replace(latched=False)  # noqa: PLW2901 - from the other site, so unchecked
+                offered = offered._replace(latched=False)  # noqa: PLW2901 - the other site's claim is not trusted
             feed = (peer, offered.topic)
             rule = self._rules.incoming(offered.topic, peer)
             if isinstance(rule, str):
@@ -180,7 +181,7 @@ class TopicReceiver:
         return stream
 
     def _continue(self, feed: Feed, before: IncomingTopic, incoming: IncomingTopic, now: float) -> list[Action]:
-        """Keep receiving a topic whose offer has changed; its latched messages are compared again."""
+        """Continue receiving a topic whose offer has changed; its latched messages are requested again."""
         incoming.flow = before.flow
         incoming.is_wanted, incoming.wanted_since = before.is_wanted, before.wanted_since
         incoming.is_paused, incoming.paused_until = before.is_paused, before.paused_until
@@ -196,7 +197,7 @@ class TopicReceiver:
             del self.streams[feed]
 
     def drop_peer(self, peer: str, now: float) -> list[Action]:
-        """Forget everything of another site, since it is gone or has started again; return the actions that follow."""
+        """Forget everything about another site, since it is gone or has restarted; return the resulting actions."""
         actions = self.set_offers(peer, (), now)
         for feed in [feed for feed in self.streams if feed[0] == peer]:
             del self.streams[feed]
@@ -206,8 +207,8 @@ class TopicReceiver:
         return actions
 
     def set_separate(self, peer: str, on: bool) -> list[Action]:
-        """Record whether another site sends all messages in packets for this site alone: the common packets would
-        waste bandwidth.
+        """Record whether another site sends all messages in separate packets for this site: receiving the common
+        packets too would waste bandwidth.
         """
         if on is (peer in self._separate):
             return []
@@ -216,12 +217,12 @@ class TopicReceiver:
         return [Listen(peer, topic_key(topic), not on) for _, topic in wanted]
 
     def set_subscribed(self, subscribed: Iterable[str], now: float) -> list[Action]:
-        """Record to which topics nodes of this site's master subscribe, and return the actions that follow."""
+        """Record which topics this site's nodes subscribe to, and return the resulting actions."""
         self._subscribed = frozenset(subscribed)
         return self.apply(now)
 
     def on_definition(self, peer: str, definition: Definition, now: float) -> list[Action]:
-        """Handle a definition, and return the actions that follow."""
+        """Handle a definition, and return the resulting actions."""
         is_offered = any(
             (incoming.offered.type, incoming.offered.md5sum) == (definition.type, definition.md5sum)
             for incoming in self._incoming.values()
@@ -247,7 +248,7 @@ class TopicReceiver:
             if incoming.is_wanted and not self._present(feed[0]):
                 actions += self._pause(feed, incoming)
             elif incoming.is_wanted and incoming.settings.local in changed:
-                actions += self._stop(feed, incoming, now)  # if it is wanted again at once, latched messages come again
+                actions += self._stop(feed, incoming, now)  # if wanted again at once, latched messages are resent
         actions += self._outputs.update(outputs, self._origins(outputs))
         for feed, incoming in self._incoming.items():
             local = incoming.settings.local
@@ -266,7 +267,7 @@ class TopicReceiver:
         return actions
 
     def _origins(self, outputs: Iterable[str]) -> dict[str, tuple[str, ...]]:
-        """Return the original publishers of each topic that is published here, if their sites name them."""
+        """Return the original publishers of each topic published here, as far as their sites name them."""
         found: dict[str, list[str]] = {local: [] for local in outputs}
         for (peer, _), incoming in self._incoming.items():
             names = found.get(incoming.settings.local)
@@ -278,7 +279,7 @@ class TopicReceiver:
         return self._peers[peer].is_present
 
     def _candidates(self) -> list[Candidate]:
-        """Return what could be published here; first what is published already, so that it stays."""
+        """Return the topics that could be published here; those already wanted first, so that they stay."""
         candidates = []
         for feed in sorted(self._incoming, key=lambda feed: (not self._incoming[feed].is_wanted, feed)):
             if not self._present(feed[0]):
@@ -291,7 +292,7 @@ class TopicReceiver:
         return candidates
 
     def _learn_definitions(self) -> dict[Feed, str]:
-        """Prepare for the messages that get prefixes, and return why those of some topics cannot get them."""
+        """Prepare to add prefixes to messages; return the topics whose messages cannot get them, and why."""
         problems = {}
         for feed, incoming in self._incoming.items():
             text = self._definitions.text(incoming.offered.type, incoming.offered.md5sum)
@@ -315,12 +316,12 @@ class TopicReceiver:
         return actions
 
     def _stop(self, feed: Feed, incoming: IncomingTopic, now: float) -> list[Action]:
-        """Stop requesting a topic. Its latched messages are forgotten, since they may change unnoticed from now on."""
+        """Stop requesting a topic. Its latched messages are forgotten, since changes to them would now go unnoticed."""
         incoming.stream.restart(now)  # nothing is held back from now on
         return self._ignore(feed, incoming)
 
     def _pause(self, feed: Feed, incoming: IncomingTopic) -> list[Action]:
-        """Pause the request for a topic while its site is lost; what was missed is asked for afterwards."""
+        """Pause the request for a topic while its site is lost; missed messages are requested afterwards."""
         incoming.is_paused, incoming.paused_until = True, float("inf")
         return self._ignore(feed, incoming)
 
@@ -338,14 +339,14 @@ class TopicReceiver:
         return found
 
     def on_return(self, peer: str, now: float) -> list[Action]:
-        """Record that a lost site has returned, and return the actions that follow."""
+        """Record that a lost site has returned, and return the resulting actions."""
         for feed, incoming in self._incoming.items():
             if feed[0] == peer and incoming.is_paused:
                 incoming.paused_until = now + _PAUSE
         return self.apply(now)
 
     def end_pauses(self, now: float) -> bool:
-        """Return whether some topics are no longer requested, since nobody subscribed to them again."""
+        """End the pauses that are over; return whether any topic is no longer requested, since nobody resubscribed."""
         ended = [incoming for incoming in self._incoming.values() if now >= incoming.paused_until]
         for incoming in ended:
             incoming.is_paused, incoming.paused_until = False, float("inf")
@@ -355,7 +356,7 @@ class TopicReceiver:
     # Messages ---------------------------------------------------------------------------------------------------------
 
     def on_message(self, peer: str, topic: SharedName, head: MessageHead, body: bytes, now: float) -> list[Action]:
-        """Return the actions for a message that has come from the current run of another site."""
+        """Return the actions for a message from another site's current run."""
         incoming = self._incoming.get((peer, topic))
         if incoming is None or not incoming.is_wanted:
             return []
@@ -368,7 +369,7 @@ class TopicReceiver:
         return deliver(feed, incoming, deliveries, self._peers[feed[0]].clock, self._outputs, now)
 
     def on_tails(self, peer: str, tails: Mapping[SharedName, int], now: float) -> list[Action]:
-        """Record the numbers of the last messages that another site has sent, and return the actions that follow."""
+        """Record the numbers of the last messages that another site has sent, and return the resulting actions."""
         actions: list[Action] = []
         for topic, number in tails.items():
             incoming = self._incoming.get((peer, topic))
@@ -378,14 +379,14 @@ class TopicReceiver:
         return actions
 
     def on_latched_list(self, peer: str, latched_list: LatchedList, now: float) -> list[Action]:
-        """Record which latched messages another site holds, and return the actions that follow."""
+        """Record which latched messages another site holds, and return the resulting actions."""
         incoming = self._incoming.get((peer, latched_list.topic))
         if incoming is None or not incoming.is_wanted:
             return []
         return self._deliver((peer, latched_list.topic), incoming, incoming.stream.on_latched_list(latched_list), now)
 
     def on_gone(self, peer: str, gone: ResendRefusal, now: float) -> list[Action]:
-        """Record that another site cannot send some messages again, and return the actions that follow."""
+        """Record that another site cannot resend some messages, and return the resulting actions."""
         incoming = self._incoming.get((peer, gone.topic))
         if incoming is None or not incoming.is_wanted:
             return []
@@ -416,7 +417,7 @@ class TopicReceiver:
         return self._unusable.get(feed) or ("subscribed" if incoming.is_wanted else "no subscribers here")
 
     def flows(self) -> list[tuple[Feed, Flow]]:
-        """Return the flows of the topics that are taken."""
+        """Return the flows of the topics that are accepted."""
         return [(feed, incoming.flow) for feed, incoming in self._incoming.items()]
 
     def topics(self) -> list[ReceivedTopic]:

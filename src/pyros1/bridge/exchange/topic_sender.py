@@ -1,7 +1,7 @@
 """Sends the topics that the rules allow to the sites that request them. No I/O.
 
-A topic is subscribed to at its source only while another site requests it. Nothing that came over any bridge is
-forwarded: topics that only bridges publish are not offered, and messages of bridges are dropped.
+The bridge subscribes to a topic only while another site requests it. Nothing that came over a bridge is forwarded:
+topics that only bridges publish are not offered, and messages from bridges are dropped.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ class LocalTopic(NamedTuple):
         type, md5sum, definition: its message type.
         latched: whether a publisher latches its messages.
         publishers: the names of those nodes.
-        convertible: the possible conversions, each with the type of its messages afterwards.
+        convertible: the possible conversions, each with the message type that it produces.
         conversion: the conversion that has been applied; None for the original messages.
     """
 
@@ -80,13 +80,13 @@ class Flow:
 
 
 _Source = tuple[str, Conversion | None]
-"""A topic here, and how its messages are converted."""
+"""A local topic, and how its messages are converted."""
 
 
 class _Sent(NamedTuple):
     topic: OutgoingTopic
     receivers: frozenset[str]
-    is_private: bool  # other sites must not be able to read it
+    is_private: bool  # other sites must not be able to read its messages
     local: LocalTopic
     flow: Flow
 
@@ -106,13 +106,13 @@ class TopicSender:
         self._rules = rules
         self._epoch = epoch
         self._locals: dict[str, LocalTopic] = {}
-        self._peers: dict[str, int] = {}  # the other sites that are known -> their epochs
+        self._peers: dict[str, int] = {}  # known other sites -> their epochs
         self._packets = TopicPackets(epoch)
         self._limits = AnswerLimits()
         self._requests: dict[str, dict[SharedName, float]] = {}
         self._sent: dict[SharedName, _Sent] = {}
         self._by_local: dict[_Source, list[_Sent]] = {}
-        self._last: dict[SharedName, int] = {}  # numbers never begin again within an epoch
+        self._last: dict[SharedName, int] = {}  # numbering never restarts within an epoch
         self._subscribed: set[_Source] = set()
         self._responding: frozenset[str] = frozenset()
         self._nodes: dict[str, list[str]] = {}  # peer -> see `nodes`
@@ -121,7 +121,7 @@ class TopicSender:
     # Current state ----------------------------------------------------------------------------------------------------
 
     def set_topics(self, topics: Iterable[LocalTopic], asked_at: float, now: float) -> list[Action]:
-        """Record the topics of this site's master, and return the actions that follow.
+        """Record the topics of this site's master, and return the resulting actions.
 
         Args:
             topics: the topics.
@@ -139,14 +139,14 @@ class TopicSender:
         return notes + self._apply(now)
 
     def set_peers(self, epochs: Mapping[str, int], now: float) -> list[Action]:
-        """Record which other sites are known, each with its epoch, and return the actions that follow."""
+        """Record which other sites are known, each with its epoch, and return the resulting actions."""
         for name in [name for name in self._requests if name not in epochs or self._peers.get(name) != epochs[name]]:
             del self._requests[name]
         self._peers = self._packets.epochs = dict(epochs)
         return self._apply(now)
 
     def set_requests(self, peer: str, requests: Iterable[Request], now: float) -> list[Action]:
-        """Record what another site wants, and return the actions that follow."""
+        """Record what another site wants, and return the resulting actions."""
         before = self._requests.get(peer, {})
         wanted = self._requests[peer] = {request.topic: request.rate for request in requests}
         changed = {topic for topic in before.keys() | wanted.keys() if before.get(topic) != wanted.get(topic)}
@@ -161,12 +161,12 @@ class TopicSender:
         ]
 
     def _apply(self, now: float) -> list[Action]:
-        """Bring the outgoing topics in line with topics, sites and requests."""
+        """Update the outgoing topics to match topics, sites and requests."""
         self._update_sent()
         return self._apply_requests(self._sent.values())
 
     def _apply_requests(self, changed: Iterable[_Sent]) -> list[Action]:
-        """Bring some outgoing topics in line with requests, and what is subscribed to here with all of them."""
+        """Update the given outgoing topics to match requests, and the local subscriptions to match all requests."""
         self._nodes.clear()
         actions: list[Action] = []
         for sent in changed:
@@ -201,7 +201,7 @@ class TopicSender:
         for outgoing, local in self._outgoing():
             shared, rule = outgoing
             if shared in self._sent:
-                continue  # two topics here would have the same name there: the first one is sent
+                continue  # two local topics would have the same name between sites: the first one is sent
             name, conversion = local.name, local.conversion
             settings = rule.settings(name, local.type)
             is_latched = local.latched and not is_command(local.type)
@@ -210,7 +210,7 @@ class TopicSender:
             is_same = before is not None and (before.local.name, before.local.conversion) == (name, conversion)
             if before is not None and is_same and before.topic.offered._replace(latched=is_latched) == offered:
                 topic, flow = before.topic, before.flow
-                topic.offered = offered  # others ask for the latched messages themselves
+                topic.offered = offered  # other sites request the latched messages themselves
             else:
                 topic, flow = OutgoingTopic(offered, settings, self._epoch), Flow()
                 topic.last = before.topic.last if before else self._last.get(shared, 0)
@@ -221,7 +221,7 @@ class TopicSender:
         self._last.update((shared, sent.topic.last) for shared, sent in old.items() if shared not in self._sent)
 
     def _outgoing(self) -> list[tuple[RuleMatch, LocalTopic]]:
-        """Return what the rules allow; what is to be converted last, since a node may publish the same by itself."""
+        """Return what the rules allow, with conversions last, since a node may publish the converted topic itself."""
         found = []
         for name in sorted(self._locals):
             topic = self._locals[name]
@@ -240,7 +240,7 @@ class TopicSender:
         Args:
             local: the topic's name on this site's master.
             conversion: the conversion.
-            received: the message before it.
+            received: the message before the conversion.
             is_bridged: whether a bridge has published it.
             now: the time in seconds that `on_message` will be given.
         """
@@ -272,7 +272,7 @@ class TopicSender:
             local: the topic's name on this site's master.
             received: the message.
             is_bridged: whether a bridge has published it.
-            now: the current time in seconds, or when it came if it was converted since then.
+            now: the current time in seconds, or the arrival time of a message that had to be converted first.
             conversion: how it was converted; None if it was not.
         """
         actions: list[Action] = []
@@ -313,12 +313,12 @@ class TopicSender:
         }
 
     def set_responding(self, nodes: Iterable[str]) -> None:
-        """Record which of the nodes that publish what other sites want respond."""
+        """Record which nodes respond, of those that publish topics other sites want."""
         self._responding = frozenset(nodes)
         self._nodes.clear()
 
     def nodes(self, peer: str) -> list[str]:
-        """Return the nodes that publish what another site wants, and that respond."""
+        """Return the responding nodes that publish topics another site wants."""
         if peer not in self._nodes:
             wanted = (sent.local.publishers for sent in self._sent.values() if peer in sent.topic.requests)
             self._nodes[peer] = sorted(self._responding.intersection(chain.from_iterable(wanted)))[:MAX_NODES]
@@ -346,12 +346,12 @@ class TopicSender:
         return [self._packets.definition(peer, known[md5sum]) for md5sum in asked if md5sum in known]
 
     def common_receivers(self) -> list[str]:
-        """Return the sites that get messages in packets that are for all."""
+        """Return the sites that get messages in common packets."""
         peers = {peer for sent in self._sent.values() if not sent.is_private for peer in sent.topic.requests}
         return sorted(peers - self.separate)
 
     def flows(self) -> list[tuple[OutgoingTopic, LocalTopic, Flow]]:
-        """Return the outgoing topics, each with its topic here and its flow, for the status."""
+        """Return the outgoing topics, each with its local topic and its flow, for the status."""
         return [(sent.topic, sent.local, sent.flow) for sent in self._sent.values()]
 
 
@@ -360,5 +360,5 @@ def _sendable_names(publishers: Iterable[str]) -> tuple[str, ...]:
 
 
 def _sendable(definition: str) -> str:
-    """Return the text of a definition; empty if it is too long to send, since messages are usable without it."""
+    """Return a definition's text; empty if it is too long to send, since messages are usable without it."""
     return definition if len(definition) <= MAX_DEFINITION else ""

@@ -1,8 +1,8 @@
 """Packets of service calls between sites. No I/O.
 
-A site calls another one through *slots*, each of which has one call at a time; the calls of a slot have growing
-numbers. So the site that is called knows with little memory which calls are new: the last number of each slot is
-enough. The body of a packet is the request, the response, or the text of an error.
+A site calls another one through *slots*, each with one call at a time; the numbers of a slot's calls increase. So the
+called site needs only each slot's last number to know which calls are new. A packet's body is the request, the
+response, or the text of an error.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from pyros1.bridge.protocol.packet_values import MAX_NUMBER, PacketError, read_m
 from pyros1.bridge.protocol.packets import Kind, Page, decode_page
 
 MAX_SLOTS = 32
-"""Maximum number of calls of a site at another one at a time."""
+"""Maximum number of calls from one site to another at a time."""
 MAX_CALL_SIZE = 16 << 20
 """Maximum size in bytes of a request or a response."""
 MAX_TIME = 86_400.0
@@ -33,13 +33,13 @@ class Status(IntEnum):
     OK = 0
     """There is a response."""
     FAILED = 1
-    """The service has refused or failed, with a reason."""
+    """The service has refused or failed; the body says why."""
     REFUSED = 2
-    """The service was not called, or has not answered; the reason is a bridge's."""
+    """The service was not called, or has not answered; a bridge says why."""
 
 
 class CallId(NamedTuple):
-    """A call of another site: which site, which run of it, and which call."""
+    """Identifies a call from another site: the site, its run, and the call."""
 
     peer: str
     epoch: int
@@ -51,8 +51,8 @@ class OfferedService(NamedTuple):
     """A service that other sites may call.
 
     Attributes:
-        service: its name among sites.
-        type, md5sum, request, response: its type, and those of its requests and responses.
+        service: its name between sites. type, md5sum, request, response: its type, its md5 sum, and the types of its
+            requests and responses.
     """
 
     service: SharedName
@@ -66,12 +66,12 @@ class CallHead(NamedTuple):
     """The head of a packet about a call.
 
     Attributes:
-        kind: CALL, REPLY, or which of them was seen.
+        kind: CALL or REPLY, or CALL_SEEN or REPLY_SEEN to acknowledge one.
         epoch, to_epoch: the runs of the sender and the receiver.
         slot, number: the call.
-        status: how it has ended; of replies only.
+        status: how it has ended; only in replies.
         sent_at: when the packet was sent, in seconds of the sender's clock.
-        left: for how many seconds from then on the caller waits; of calls only.
+        left: how many seconds from then on the caller waits; only in calls.
     """
 
     kind: Kind

@@ -1,16 +1,16 @@
 """The keys under which sites exchange packets.
 
-Each key that a site writes begins with ``pyros1/1/SITE/``, so that a router can allow a certificate to write only
-there. The rest is the kind of packet:
+Each key that a site writes begins with ``pyros1/1/SITE/``, so that a router can restrict a certificate to its own
+site's keys. The rest tells the kind of packet:
 
-- ``hello``: for all sites: there is a site of this name;
+- ``hello``: for all sites: there is a site with this name;
 - ``to/PEER``: for one site: heartbeats, offers, requests, definitions;
 - ``t/OWNER/NAME``: messages of the topic OWNER:/NAME, for all sites that want it;
-- ``again/PEER/OWNER/NAME``: messages of that topic for one site: those that it missed, latched ones, and all of a topic
-  that others must not read, so that a router can keep it from them;
-- ``call/PEER/OWNER/NAME``: calls of the service OWNER:/NAME and their replies, for one site.
+- ``again/PEER/OWNER/NAME``: messages of that topic for one site: missed ones, latched ones, and all messages of a topic
+that a router must keep from other sites;
+- ``call/PEER/OWNER/NAME``: calls to the service OWNER:/NAME and their replies, for one site.
 
-``1`` is the version of the protocol: sites of different versions do not hear each other.
+``1`` is the version of the protocol: sites with different versions do not hear each other.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ HELLO = "hello"
 
 
 class Channel(Enum):
-    """What kind of packets a key carries."""
+    """The kind of packets that a key carries."""
 
     HELLO = "hello"
     TO = "to"
@@ -45,7 +45,7 @@ class Key(NamedTuple):
 
 
 def site_key(site: str, key: str) -> str:
-    """Return the whole key for one below a site's prefix."""
+    """Return the complete key for a key below a site's prefix."""
     return f"{ROOT}/{site}/{key}"
 
 
@@ -60,13 +60,13 @@ def topic_key(topic: SharedName) -> str:
 
 
 def direct_topic_key(peer: str, topic: SharedName) -> str:
-    """Return the key for a topic's messages that are sent to one site only."""
+    """Return the key for a topic's messages to one site only."""
     return f"again/{peer}/{topic.site}{topic.name}"
 
 
 def path_key(path: str) -> str:
-    """Return zenoh's key expression for names of topics that match a pattern such as ``/camera/**`` or ``/cam*/image``:
-    the same names match.
+    """Return the zenoh key expression that matches the same topic names as a pattern such as ``/camera/**`` or
+    ``/cam*/image``.
     """
     parts: list[str] = []
     for part in path.split("/"):
@@ -74,28 +74,28 @@ def path_key(path: str) -> str:
         if before and part == "**":
             continue
         if before and part == "*":
-            parts.insert(-1, part)  # zenoh takes only this order
+            parts.insert(-1, part)  # zenoh accepts only this order
         else:
             parts.append(part if part in ("*", "**") else part.replace("*", "$*"))
     return "/".join(parts)
 
 
 def call_key(peer: str, service: SharedName) -> str:
-    """Return the key for calls of a service, and for replies, to one site."""
+    """Return the key for a service's calls or replies to one site."""
     return f"call/{peer}/{service.site}{service.name}"
 
 
 def receiver_of(key: str) -> str:
-    """Return the site for which packets with a key, below a site's prefix, are; empty if they are for all sites."""
+    """Return the site to which packets with a key below a site's prefix go; empty for all sites."""
     channel, _, rest = key.partition("/")
     return rest.partition("/")[0] if channel in ("to", "again", "call") else ""
 
 
 @lru_cache(4096)
 def parse_key(text: str) -> Key | None:
-    """Return a parsed key; None for one that is not valid."""
+    """Parse a key; return None if it is invalid."""
     site, _, rest = text[len(ROOT) + 1 :].partition("/")
-    # In zenoh, a key may also have wildcards.
+    # In zenoh, a key may also contain wildcards.
     if not text.startswith(ROOT + "/") or len(text) > 500 or not is_site_name(site):
         return None
     channel, _, rest = rest.partition("/")

@@ -1,6 +1,6 @@
-"""The values in packets of other sites, each checked before it is used. No I/O.
+"""The values in packets from other sites, each checked before it is used. No I/O.
 
-All functions that read raise PacketError if a value is not what it should be.
+All `read_` functions and `load` raise PacketError if a value is invalid.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from pyros1.ground.errors import Error
 MAX_BODY = 1 << 20
 """Maximum size in bytes of a packet that is not a message."""
 MAX_NUMBER = 1 << 63
-"""Numbers are below this."""
+"""All numbers are below this."""
 _MAX_TYPE_LENGTH = 255
 _MD5 = re.compile(r"[0-9a-f]{32}\Z")
 _TYPE = re.compile(r"[A-Za-z]\w*/[A-Za-z]\w*\Z", re.ASCII)
@@ -31,11 +31,11 @@ def dump(value: Any) -> bytes:
 
 
 def load(body: bytes, length: int | None) -> list[Any]:
-    """Return the list that a body holds.
+    """Return the list in a packet's body.
 
     Args:
         body: the body.
-        length: the length that the list must have; None for any.
+        length: the required length of the list; None for any.
     """
     if len(body) > MAX_BODY:
         raise PacketError("a packet that is too large")
@@ -44,7 +44,7 @@ def load(body: bytes, length: int | None) -> list[Any]:
     except (ValueError, RecursionError):
         raise PacketError("a packet that is not JSON") from None
     if not isinstance(value, list) or length not in (None, len(value)):
-        raise PacketError("a packet of another form")
+        raise PacketError("a packet with the wrong structure")
     return value
 
 
@@ -53,7 +53,7 @@ def read_rows(value: Any, width: int, maximum: int) -> list[list[Any]]:
     if not isinstance(value, list) or len(value) > maximum:
         raise PacketError("not a list, or too long")
     if not all(isinstance(row, list) and len(row) == width for row in value):
-        raise PacketError("a list of another form")
+        raise PacketError("a list with the wrong structure")
     return value
 
 
@@ -72,7 +72,7 @@ def read_real(value: Any) -> float:
 
 
 def read_topic(value: Any) -> SharedName:
-    """Return the name of a topic among sites."""
+    """Return a topic's name between sites."""
     try:
         return parse_shared_name(value if isinstance(value, str) and len(value) <= 400 else "")
     except SiteNameError:
@@ -105,5 +105,5 @@ def read_md5(value: Any) -> str:
 def read_bools(values: list[Any]) -> list[bool]:
     """Return values that are true or false."""
     if not all(isinstance(value, bool) for value in values):
-        raise PacketError("neither true nor false")
+        raise PacketError("not true or false")
     return values

@@ -2,8 +2,8 @@
 
 A packet has a *head* and a *body*. All heads begin with the version, the kind, the sender's epoch, and the receiver's
 epoch as the sender knows it (0 for all receivers). An epoch is a random number that a site chooses when it starts, so
-packets from or for an earlier run are recognised. The head of a message continues with its numbers (`MessageHead`), and
-its body is the message as in ROS. The bodies of other packets are JSON.
+packets from or for an earlier run are recognised. A message's head continues with its numbers (`MessageHead`), and its
+body is the message as serialized in ROS. The bodies of other packets are JSON.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ _MESSAGE = struct.Struct("<BBQQQIdB16s")
 
 
 class Kind(IntEnum):
-    """What a packet is."""
+    """The kinds of packets."""
 
     HELLO = 1
     BYE = 2
@@ -76,9 +76,9 @@ class Flag:
     """Bits of `MessageHead.flags`."""
 
     LATCHED = 1
-    """The message is the last one of its publisher, which latches."""
+    """Its publisher latches the message."""
     LEFT = 2
-    """There is no message: this number tells that the publisher, which had latched one, is gone."""
+    """There is no message: the publisher, which had latched one, is gone."""
 
 
 class Head(NamedTuple):
@@ -94,9 +94,9 @@ class MessageHead(NamedTuple):
 
     Attributes:
         epoch, to_epoch: see above.
-        number: position of the message in its topic, from 1 on, without gaps.
+        number: position of the message in its topic, from 1 without gaps.
         publisher: the original publisher's number in this topic.
-        received_at: when the sender's site got the message, in seconds of its clock.
+        received_at: when the sending site received the message, in seconds of its clock.
         flags: see `Flag`.
         md5sum: md5 sum of the message type.
     """
@@ -114,17 +114,17 @@ class Heartbeat(NamedTuple):
     """Tells another site that this one is alive, and which of its lists this one has.
 
     Attributes:
-        number: counts the heartbeats to this peer.
+        number: its number; increases with each heartbeat.
         sent_at: when it was sent, in seconds of the sender's clock.
-        echo: the number of the last heartbeat that came from the peer; 0 if none came.
+        echo: the number of the last heartbeat received from the peer; 0 for none.
         reply_delay: seconds between the arrival of that heartbeat and this one.
         offer, request: the versions of the sender's lists for the peer.
         offer_seen, request_seen: the versions of the peer's lists that the sender has; -1 for none.
-        tails: the number of the last message of each topic that the peer wants, and that may not lose any.
+        tails: the number of the last message of each lossless topic that the peer wants.
         services, services_seen: the same as `offer` and `offer_seen` for the lists of services.
-        period: seconds between heartbeats that the sender wants.
-        nodes: the names of nodes that publish what the peer wants, and that respond.
-        is_separate: whether the peer gets all messages in packets of its own, and need not listen to those for all.
+        period: the seconds between heartbeats that the sender wants.
+        nodes: the names of responding nodes that publish topics the peer wants.
+        is_separate: whether the peer gets all messages in its own packets, and need not listen to those for all sites.
     """
 
     number: int
@@ -147,10 +147,9 @@ class OfferedTopic(NamedTuple):
     """A topic that a site offers to another one.
 
     Attributes:
-        topic: its name among sites.
-        type, md5sum: its message type.
+        topic: its name between sites. type, md5sum: its message type.
         latched: whether it has latched messages.
-        reliable: whether its messages are sent again if they are missed.
+        reliable: whether missed messages are resent.
         publishers: the nodes that publish it, at most `MAX_PUBLISHERS` of them.
     """
 
@@ -163,14 +162,14 @@ class OfferedTopic(NamedTuple):
 
 
 class Request(NamedTuple):
-    """A topic that a site wants from another one, and how many messages per second at most; 0 for all."""
+    """A topic that a site wants from another one, and the maximum messages per second; 0 for all."""
 
     topic: SharedName
     rate: float
 
 
 class Page(NamedTuple):
-    """A part of a list of offers, requests or services."""
+    """Part of a list of offers, requests or services."""
 
     version: int
     number: int
@@ -187,7 +186,7 @@ class Definition(NamedTuple):
 
 
 class ResendRequest(NamedTuple):
-    """Asks for messages of a topic again: those numbered from `first` to `last`, or all that are held if latched."""
+    """Asks to resend a topic's messages with the numbers `first` to `last`, or all held messages of a latched topic."""
 
     topic: SharedName
     first: int
@@ -195,7 +194,7 @@ class ResendRequest(NamedTuple):
 
 
 class LatchedList(NamedTuple):
-    """Lists the latched messages as of message `number`: the publishers, each with its message's number."""
+    """Lists the latched messages as of message `number`: the number of each publisher's message."""
 
     topic: SharedName
     number: int
@@ -203,7 +202,7 @@ class LatchedList(NamedTuple):
 
 
 class ResendRefusal(NamedTuple):
-    """Says that messages before `first` can no longer be sent again."""
+    """Says that messages before `first` can no longer be resent."""
 
     topic: SharedName
     first: int
@@ -293,12 +292,12 @@ def encode_latched_list(latched_list: LatchedList) -> bytes:
 
 
 def encode_resend_refusal(gone: ResendRefusal) -> bytes:
-    """Return the body of a note that messages cannot be sent again."""
+    """Return the body of a notice that messages cannot be resent."""
     return dump([str(gone.topic), gone.first])
 
 
 def encode_probe(number: int) -> bytes:
-    """Return the body of a probe, or of the answer to it."""
+    """Return the body of a probe or its answer."""
     return dump([number])
 
 
@@ -356,7 +355,7 @@ def decode_ask(body: bytes) -> list[str]:
 
 
 def decode_definition(body: bytes) -> Definition:
-    """Return a definition, which still has to be compared with its md5 sum."""
+    """Return a definition, whose md5 sum still has to be checked."""
     type_name, md5sum, text = load(body, 3)
     if not isinstance(text, str) or len(text) > MAX_DEFINITION:
         raise PacketError("not the text of a definition, or too long")
@@ -377,7 +376,7 @@ def decode_latched_list(body: bytes) -> LatchedList:
 
 
 def decode_resend_refusal(body: bytes) -> ResendRefusal:
-    """Return a note that messages cannot be sent again."""
+    """Return a notice that messages cannot be resent."""
     name, first = load(body, 2)
     return ResendRefusal(read_topic(name), read_integer(first))
 
@@ -388,7 +387,7 @@ def decode_page(body: bytes, width: int, make: Callable[[list[Any]], Any]) -> Pa
     Args:
         body: the packet's body.
         width: number of values of each entry.
-        make: makes an entry of these values.
+        make: makes an entry from these values.
 
     Raises:
         PacketError: the body is not valid.

@@ -1,7 +1,7 @@
-"""Synchronises lists with another site despite lost packets, by versions and pages. No I/O.
+"""Synchronises lists with another site by versions and pages, despite lost packets. No I/O.
 
-The sender repeats a list until a heartbeat of the receiver names its version. A run of a site never uses a version
-twice, not even for lists that it has forgotten, since the receiver may remember them.
+The sender resends a list until one of the receiver's heartbeats names its version. A run of a site never reuses a
+version, not even after it has forgotten a list, since the receiver may remember it.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ _REPEAT_PERIOD = 0.7
 
 
 _STEP = 5
-"""How many pages later the list begins each time it is sent again."""
+"""By how many pages the start moves each time the list is resent."""
 
 
 class ListSender:
@@ -38,7 +38,7 @@ class ListSender:
         self._times_sent = 0
 
     def update(self, entries: Sequence[Any]) -> None:
-        """Replace the list; this makes a new version if it differs."""
+        """Replace the list; the version changes if the list differs."""
         if [*entries] != [*self.entries]:
             self.version = next(self._versions)
             self.entries = entries
@@ -46,7 +46,7 @@ class ListSender:
             self._times_sent = 0
 
     def is_due(self, seen: int, now: float) -> bool:
-        """Return whether the list must be sent now; if so, it counts as sent.
+        """Return whether the list must be sent now; if so, record it as sent.
 
         Args:
             seen: the version that the receiver has.
@@ -58,7 +58,9 @@ class ListSender:
         return True
 
     def pages(self) -> list[bytes]:
-        """Return the pages to send, each time in another order: a network that takes only a few gets all in the end."""
+        """Return the pages to send, in a different order each time, so that all get through a network that drops most
+        of them.
+        """
         pages = [*encode_pages(self.version, self.entries)]
         first = _STEP * self._times_sent % len(pages)
         self._times_sent += 1
@@ -79,7 +81,7 @@ class ListReceiver:
         self._pages: dict[int, Page] = {}
 
     def accept(self, page: Page) -> list[Any] | None:
-        """Return the entries of a list that a page has completed, otherwise None."""
+        """Handle a page; return the list's entries if it is now complete, otherwise None."""
         if page.version <= self.version:
             return None
         known = next(iter(self._pages.values()), page)

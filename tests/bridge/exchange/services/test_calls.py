@@ -76,7 +76,7 @@ def test_another_type_is_provided_anew(calls: Calls) -> None:
 
 def test_a_name_that_a_node_here_has_is_left_to_it(calls: Calls) -> None:
     assert calls.set_taken({"/red/add": "/robot"}) == [StopProviding("/red/add")]
-    assert calls.services()[0].state == "/robot provides /red/add here already"
+    assert calls.services()[0].state == "/robot already provides /red/add here"
     assert ended(calls.call(1, "/red/add", b"", 0.0)) == [
         Return(1, Status.REFUSED, b"service /red/add no longer exists")
     ]
@@ -88,7 +88,10 @@ def test_a_name_of_several_sites() -> None:
     calls.set_taken({})
     assert calls.set_offers("red", [offered()]) == [provide("/add")]
     assert calls.set_offers("blue", [offered(site="blue")]) == [], "the first one stays"
-    assert [(each.peer, each.state) for each in calls.services()] == [("red", ""), ("blue", "/add is red:/add here")]
+    assert [(each.peer, each.state) for each in calls.services()] == [
+        ("red", ""),
+        ("blue", "/add is already red:/add here"),
+    ]
     assert calls.set_offers("red", []) == [StopProviding("/add"), provide("/add")]
     (packet,) = calls.call(1, "/add", b"x", 0.0)
     assert isinstance(packet, Send) and packet.key == "call/blue/blue/add"
@@ -225,7 +228,7 @@ def test_large_requests_go_at_the_pace_of_the_network(calls: Calls) -> None:
 
 def test_parameters(calls: Calls) -> None:
     assert ended(calls.ask_parameters(1, "blue", b"?", 9.0, 0.0))[0].body == b"there is no site blue; there are: red"
-    assert b"lets nobody here read its parameters" in ended(calls.ask_parameters(1, "red", b"?", 9.0, 0.0))[0].body
+    assert b"lets no one here read its parameters" in ended(calls.ask_parameters(1, "red", b"?", 9.0, 0.0))[0].body
     assert calls.set_offers("red", [offered(), offered(PARAMETERS)]) == [], "it is not provided here"
     (packet,) = calls.ask_parameters(1, "red", b"?", 9.0, 0.0)
     assert isinstance(packet, Send) and packet.key == f"call/red/red{PARAMETERS}" and packet.body == b"?"

@@ -151,7 +151,7 @@ def test_nothing_is_sent_to_a_site_that_is_lost() -> None:
 def test_what_is_refused(served: ServedServices, monkeypatch: pytest.MonkeyPatch) -> None:
     for name in ("/other", "/none"):
         ((status, text),) = replies(served.on_call("base", SharedName("red", name), call_head(5), b"", 0.0))
-        assert (status, text) == (Status.REFUSED, b"site red does not serve it, or no longer")
+        assert (status, text) == (Status.REFUSED, b"site red does not serve it, or no longer does")
         served = make()
     ((_, text),) = replies(served.on_call("base", ADD, call_head(6), bytes(MAX_CALL_SIZE + 1), 0.0))
     assert text == b"the request is larger than 16 MB"

@@ -70,7 +70,7 @@ def test_calls_of_sites_that_are_not_present() -> None:
     key = Key("red", Channel.CALL, "base", SharedName("base", "/add"))
     assert site.on_packet(key, head, b"", 0.0) == []
     assert site.on_packet(key, b"?", b"", 0.0) == []
-    assert site.ignored == {"red: calls of a run that is not present": 1, "red: not the head of a call": 1}
+    assert site.ignored == {"red: calls from a run that is not current": 1, "red: not the head of a call": 1}
     assert not [each for each in site.tick(0.1) if isinstance(each, Send) and each.key.startswith("call")]
 
 

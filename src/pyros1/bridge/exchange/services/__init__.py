@@ -1,1 +1,1 @@
-"""Calls of services across sites: values in, actions out. No I/O."""
+"""Service calls between sites: values in, actions out. No I/O."""

@@ -9,16 +9,16 @@ from pyros1.bridge.protocol.key_expressions import call_key
 from pyros1.bridge.rules.rules import Priority
 
 SMALL = 16 << 10
-"""Maximum size in bytes of a body that is sent before images; larger ones go at the pace of the network."""
+"""Maximum size in bytes of a body that is sent before images; larger ones are sent as fast as the network allows."""
 _MAX_WAIT = 8.0
 """Seconds that a small packet may wait to be sent, and maximum seconds until it is repeated."""
 _SLOWEST = 500_000
-"""Bytes per second for which large packets are given more time."""
+"""The slowest network in bytes per second that still gets large packets through in time."""
 _MAX_ERROR = 10_000
 
 
 class CallCounts:
-    """How often a service was called, how often without success, and the text of the last error."""
+    """Counts a service's calls and failed calls, and keeps the text of the last error."""
 
     def __init__(self) -> None:
         self.calls = 0
@@ -26,7 +26,7 @@ class CallCounts:
         self.last_error = ""
 
     def fail(self, body: bytes) -> None:
-        """Count a call that was not successful."""
+        """Count a failed call."""
         self.errors += 1
         self.last_error = body.decode("utf-8", "replace")[:300]
 
@@ -37,11 +37,11 @@ def encode_error(text: str) -> bytes:
 
 
 def repeat_period(size: int, repeats: int) -> float:
-    """Return after how many seconds a packet is sent again if the other site has not seen it.
+    """Return after how many seconds to resend a packet that the other site has not acknowledged.
 
     Args:
         size: size of its body in bytes.
-        repeats: how often it was sent again already.
+        repeats: how often it has already been resent.
     """
     return float(min(_MAX_WAIT, 2**repeats)) + size / _SLOWEST
 
@@ -63,5 +63,5 @@ def send(peer: str, service: SharedName, head: CallHead, body: bytes, expires: f
         expires: time by the site's clock after which it is useless.
     """
     priority = Priority.HIGH if len(body) <= SMALL else Priority.NORMAL
-    # One that still waits is not queued twice.
+    # A packet that is still waiting is not queued twice.
     return Send(call_key(peer, service), encode_call_head(head), body, priority, head.number, False, expires)

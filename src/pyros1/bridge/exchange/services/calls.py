@@ -1,7 +1,8 @@
-"""The services of other sites that this one provides, and the calls of them that nodes here make. No I/O.
+"""The services of other sites that this one provides, and local nodes' calls to them. No I/O.
 
-A call is repeated until the other site has seen it; then that one repeats its reply until it is seen here. Each call
-ends with exactly one result: a response, an error of the service, or one of the bridges, at its deadline at the latest.
+A call is resent until the other site has seen it; that site then resends its reply until it is seen here. Each call
+ends with exactly one result: a response, an error from the service, or an error from one of the bridges, at its
+deadline at the latest.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ from pyros1.bridge.rules.services import DEFAULT_TIMEOUT, PARAMETERS, called
 from pyros1.bridge.rules.site_access import may_serve
 
 MAX_SERVICES = 1_000
-"""Maximum number of services of a site that are provided here: all of them are registered with the master."""
+"""Maximum number of services of a site that are provided here: each of them is registered with the master."""
 MAX_WAITING_BYTES = 128 << 20
 """Maximum total size of the requests of calls that have not ended."""
 MAX_REFUSED = 1_000
@@ -36,7 +37,7 @@ class RemoteService(NamedTuple):
         peer: the site.
         offered: the service.
         local: its name here; empty if it is not provided here.
-        state: why not; or empty.
+        state: why it is not provided; empty if it is.
         counts: the calls.
     """
 
@@ -48,7 +49,7 @@ class RemoteService(NamedTuple):
 
 
 class _Candidate:
-    """A service of another site that a rule calls."""
+    """A service of another site that a rule lets this site call."""
 
     def __init__(self, peer: str, offered: OfferedService, local: str, rule: Rule) -> None:
         self.peer = peer
@@ -78,7 +79,7 @@ _Source = tuple[str, SharedName]
 
 
 class Calls:
-    """The services of other sites, and calls of them.
+    """The services of other sites, and the calls to them.
 
     Args:
         rules: the site's rules.
@@ -93,7 +94,7 @@ class Calls:
         self._numbers = count(1)
         self._candidates: dict[_Source, _Candidate] = {}
         self._refused: dict[_Source, tuple[OfferedService, str]] = {}
-        self._readable: set[str] = set()  # the sites whose parameters may be read
+        self._readable: set[str] = set()  # the sites whose parameters this site may read
         self._provided: dict[str, _Candidate] = {}
         self._taken: Mapping[str, str] | None = None
         self._open: dict[str, dict[int, _Open]] = {}
@@ -101,7 +102,7 @@ class Calls:
     # Current state ----------------------------------------------------------------------------------------------------
 
     def set_offers(self, peer: str, offers: Iterable[OfferedService]) -> list[Action]:
-        """Record which services another site serves, and return the actions that follow."""
+        """Record which services another site serves, and return the resulting actions."""
         old = {source: candidate for source, candidate in self._candidates.items() if source[0] == peer}
         for source in old:
             del self._candidates[source]
@@ -131,14 +132,14 @@ class Calls:
         return self._apply()
 
     def set_taken(self, taken: Mapping[str, str]) -> list[Action]:
-        """Record which services other nodes of this site's master provide, by name, and return the actions that follow.
-        Nothing is provided before this has been called.
+        """Record which services other nodes of this site's master provide, by name, and return the resulting actions.
+        Nothing is provided before the first call.
         """
         self._taken = taken
         return self._apply()
 
     def _apply(self) -> list[Action]:
-        """Bring what is provided here up to date."""
+        """Update the services provided here."""
         if self._taken is None:
             return []
         wanted: dict[str, _Candidate] = {}
@@ -146,9 +147,9 @@ class Calls:
             candidate = self._candidates[source]
             local, candidate.problem = candidate.local, ""
             if local in self._taken:
-                candidate.problem = f"{self._taken[local]} provides {local} here already"
+                candidate.problem = f"{self._taken[local]} already provides {local} here"
             elif local in wanted:
-                candidate.problem = f"{local} is {wanted[local].offered.service} here"
+                candidate.problem = f"{local} is already {wanted[local].offered.service} here"
             else:
                 wanted[local] = candidate
         gone = [local for local, candidate in self._provided.items() if wanted.get(local) is not candidate]
@@ -180,8 +181,8 @@ class Calls:
     # Calls ------------------------------------------------------------------------------------------------------------
 
     def call(self, token: int, local: str, body: bytes, now: float) -> list[Action]:
-        """Call a service that is provided here, and return the actions that follow; one of them, now or later, is the
-        only `Return` for the token.
+        """Call a service that is provided here, and return the resulting actions. Exactly one `Return` for the token
+        follows, now or later.
 
         Args:
             token: identifies the call.
@@ -211,7 +212,7 @@ class Calls:
         if peer in self._peers and self._peers[peer].is_present and peer not in self._readable:
             return _fail(
                 token,
-                f"site {peer} lets nobody here read its parameters; allow it there with --params, and if `sites` there "
+                f"site {peer} lets no one here read its parameters; allow it there with --params, and if `sites` there "
                 f"limits {self._rules.site}, let it call {service}",
             )
         return self._begin(token, peer, service, request, timeout, None, now)
@@ -260,14 +261,14 @@ class Calls:
         return send(peer, call.service, head, call.body, min(call.deadline, now + repeat_period(len(call.body), 3)))
 
     def on_seen(self, peer: str, head: CallHead) -> None:
-        """Record that another site has seen a call, so that it need not be repeated."""
+        """Record that another site has seen a call, so that it need not be resent."""
         call = self._open.get(peer, {}).get(head.slot)
         if call is not None and call.number == head.number:
             call.is_seen = True
             call.body = b""
 
     def on_reply(self, peer: str, service: SharedName, head: CallHead, body: bytes, now: float) -> list[Action]:
-        """Handle a reply, which may come more than once, and return the actions that follow."""
+        """Handle a reply, which may come more than once, and return the resulting actions."""
         epoch = self._peers[peer].epoch
         seen = CallHead(Kind.REPLY_SEEN, self._epoch, epoch, head.slot, head.number, Status.OK, now)
         last = send(peer, service, seen, b"", now + repeat_period(0, 3))

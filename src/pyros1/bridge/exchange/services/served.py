@@ -1,8 +1,8 @@
-"""The services of this site that others may call, and their calls: each call runs at most once. No I/O.
+"""The services of this site that other sites may call, and the calls to them: each call runs at most once. No I/O.
 
-A call is new if its number is higher than the last one of its slot; a repeated call gets the same reply again. A reply
-is sent repeatedly until the other site acknowledges it or the call expires. Slots are remembered for the whole run of
-the other site, even while it is lost.
+A call is new if its number is higher than the last one in its slot; a repeated call gets the same reply again. A reply
+is resent until the other site acknowledges it or the call expires. Slots are remembered for the other site's whole run,
+even while it is lost.
 """
 
 from __future__ import annotations
@@ -28,11 +28,11 @@ from pyros1.bridge.rules.services import PARAMETERS, match_served
 from pyros1.bridge.rules.site_access import may_call
 
 MAX_RUNNING = 64
-"""Maximum number of calls of all other sites that run at a time."""
+"""Maximum number of calls from all other sites that run at a time."""
 MAX_RUNNING_BYTES = 128 << 20
 """Maximum total size of their requests."""
 MAX_REPLY_BYTES = 32 << 20
-"""Maximum total size of the replies that one site has not acknowledged."""
+"""Maximum total size of the replies that a site has not acknowledged."""
 MAX_SITES = 1_000
 """Maximum number of sites whose slots are remembered."""
 _ANSWER_PERIOD = 0.5
@@ -45,7 +45,7 @@ class LocalService(NamedTuple):
 
     Attributes:
         name: its full name.
-        type, md5sum, request, response: its type, and those of its requests and responses.
+        type, md5sum, request, response: its type, its md5 sum, and the types of its requests and responses.
         node: the node.
     """
 
@@ -67,7 +67,7 @@ class ServedService(NamedTuple):
 
 
 class _Slot:
-    """A slot of a caller, with the last call that was made in it."""
+    """A caller's slot, with the last call in it."""
 
     def __init__(self, number: int, service: SharedName, expires: float) -> None:
         self.number = number
@@ -80,7 +80,7 @@ class _Slot:
 
 
 class Caller:
-    """The calls of a run of another site."""
+    """The calls from a run of another site."""
 
     def __init__(self, peer: str, epoch: int) -> None:
         self.peer = peer
@@ -97,7 +97,7 @@ class ServedServices:
         peers: the other sites; shared with the caller, which updates it.
 
     Attributes:
-        callers: the calls of each other site.
+        callers: the calls from each other site.
     """
 
     def __init__(self, rules: Rules, epoch: int, peers: Mapping[str, Peer]) -> None:
@@ -145,7 +145,7 @@ class ServedServices:
     # Calls ------------------------------------------------------------------------------------------------------------
 
     def on_call(self, peer: str, name: SharedName, head: CallHead, body: bytes, now: float) -> list[Action]:
-        """Handle a call of the current run of another site, and return the actions that follow."""
+        """Handle a call from another site's current run, and return the resulting actions."""
         caller = self._caller(peer)
         slot = caller.slots.get(head.slot)
         if slot is not None and head.number <= slot.number:
@@ -166,7 +166,7 @@ class ServedServices:
         if service.rule is not None and service.rule.timeout is not None:
             timeout = min(timeout, service.rule.timeout)
         actions: list[Action] = [CallService(call, service.local, body, timeout)]
-        if len(body) > SMALL:  # small ones may be repeated: the reply usually arrives before
+        if len(body) > SMALL:  # small ones may be resent: the reply usually arrives first
             actions += self._send(Kind.CALL_SEEN, caller, call.slot, slot, now)
         return actions
 
@@ -191,10 +191,10 @@ class ServedServices:
     def _problem(self, peer: str, service: ServedService | None, body: bytes) -> str:
         """Return why a new call cannot run; empty if it can."""
         if service is None or not self._is_for(service, peer):
-            return f"site {self._rules.site} does not serve it, or no longer"
+            return f"site {self._rules.site} does not serve it, or no longer does"
         if len(body) > MAX_CALL_SIZE:
             return f"the request is larger than {MAX_CALL_SIZE >> 20} MB"
-        # A site may use at most half of what is free, so that there is always room for one more site.
+        # A site may use at most as much as it leaves free, so that there is always room for one more site.
         sizes = [size for call, size in self._running.items() if call.peer == peer]
         if len(sizes) >= min(MAX_SLOTS, MAX_RUNNING - len(self._running)):
             return f"too many calls at once at site {self._rules.site}"
@@ -203,7 +203,7 @@ class ServedServices:
         return ""
 
     def on_result(self, call: CallId, status: Status, body: bytes, now: float) -> list[Action]:
-        """Record how a call has ended, and return the actions that follow."""
+        """Record how a call has ended, and return the resulting actions."""
         self._running.pop(call, None)
         caller = self.callers.get(call.peer)
         slot = caller.slots.get(call.slot) if caller is not None and caller.epoch == call.epoch else None
@@ -224,7 +224,7 @@ class ServedServices:
         return self._send(Kind.REPLY, caller, number, slot, now)
 
     def _send(self, kind: Kind, caller: Caller, number: int, slot: _Slot, now: float) -> list[Action]:
-        """Return the action that sends a packet to the calling run of a site, if it is still present."""
+        """Return the action that sends a packet to the site's run that made the call, if it is still present."""
         peer = self._peers.get(caller.peer)
         if peer is None or not peer.is_present or peer.epoch != caller.epoch:
             return []

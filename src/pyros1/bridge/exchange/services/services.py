@@ -1,4 +1,4 @@
-"""Services between sites: those that others may call here, and those of others. No I/O."""
+"""Services between sites: this site's, which others may call, and other sites'. No I/O."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from pyros1.bridge.rules.rules import Rules
 
 
 class Services:
-    """The services between a site and others.
+    """The services that a site shares with others.
 
     Args:
         rules: the site's rules.
@@ -25,7 +25,7 @@ class Services:
 
     Attributes:
         served: the services of this site.
-        calls: those of other sites, and calls of them.
+        calls: the services of other sites, and the calls to them.
     """
 
     def __init__(self, rules: Rules, epoch: int, peers: Mapping[str, Peer]) -> None:
@@ -34,7 +34,7 @@ class Services:
         self._site = rules.site
 
     def on_packet(self, peer: str, service: SharedName, head: CallHead, body: bytes, now: float) -> list[Action]:
-        """Handle a packet of the current run of another site, and return the actions that follow.
+        """Handle a packet from another site's current run, and return the resulting actions.
 
         Raises:
             PacketError: it is about a service of a third site.
