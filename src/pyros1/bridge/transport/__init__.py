@@ -1,1 +1,1 @@
-"""The transport of packets between sites: links, queues, threads, certificates."""
+"""Transports packets between sites: links, queues, threads, certificates."""

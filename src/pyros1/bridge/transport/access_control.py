@@ -1,11 +1,11 @@
-"""Settings of zenoh that let only sites with keys connect, each with its own permissions. No I/O.
+"""zenoh settings that let only sites with keys connect, each with its own permissions. No I/O.
 
 zenoh identifies the sender of each incoming packet (*ingress*) and the receiver of each outgoing one (*egress*) by its
-certificate, and allows or denies the packet by its key. So the names in certificates decide, not those in packets. For
-a connection to a site that forwards the packets of others, its own name and theirs count.
+certificate, and allows or denies the packet by its key. So the names in certificates decide, not those in packets. A
+connection to a site that forwards other sites' packets has its own permissions and theirs.
 
-A key with wildcards is allowed only if all that it stands for is, but denied only if all of that is denied: bridges
-ignore packets with such keys.
+A key with wildcards is allowed only if all keys that it matches are allowed, but denied only if all of them are denied;
+so bridges ignore packets with such keys.
 """
 
 from __future__ import annotations
@@ -27,9 +27,9 @@ def security_settings(keys: SiteKeys, access: Collection[SiteAccess], own_site: 
 
     Args:
         keys: the keys of this site, or of this router.
-        access: the permissions of the sites that connect, or that this one connects to; others may do nothing. If it is
-            empty, all with keys of the same authority may do everything, and they could impersonate each other.
-        own_site: the name of this site; empty for a router alone.
+        access: the permissions of the sites that connect, or that this one connects to; others may do nothing. If
+            empty, all sites with keys from the same authority may do everything, and could impersonate each other.
+        own_site: the name of this site; empty for a standalone router.
     """
     tls = {
         "root_ca_certificate": str(keys.ca_certificate),
@@ -50,7 +50,7 @@ def _access_control(access: Collection[SiteAccess], own_site: str) -> dict[str, 
     """Return zenoh's access control: deny by default, and a denying rule takes precedence."""
     sites = dict.fromkeys((*filter(None, [own_site]), *named_sites(access)))
     known = {each.site for each in access}
-    # Sites whose packets others forward, and that have no other entry.
+    # Sites whose packets others forward, and that have no entry of their own.
     everybody = [*access, *(SiteAccess(site) for site in sites if site not in known)]
     rules = [_rule("subscribe", "allow", "declare_subscriber", ("ingress", "egress"), [_EVERYTHING])]
     names: dict[str, list[str]] = {}  # keys -> its rules
@@ -85,7 +85,7 @@ def _access_control(access: Collection[SiteAccess], own_site: str) -> dict[str, 
 def _sent(access: SiteAccess, sites: Collection[str]) -> Iterator[str]:
     """Yield the keys that a site may write."""
     site = access.site
-    if access.send is None or access.serve is None or access.call is None:  # none of them, or all
+    if access.send is None or access.serve is None or access.call is None:  # if one is None, all are
         yield site_key(site, "**")
         return
     yield from (site_key(site, "hello"), site_key(site, "to/*"))
@@ -94,7 +94,7 @@ def _sent(access: SiteAccess, sites: Collection[str]) -> Iterator[str]:
 
 
 def _never_sent(access: SiteAccess, sites: Collection[str]) -> Iterator[str]:
-    """Yield the keys that a site may not write, whatever else it may."""
+    """Yield the keys that a site may not write, even if other rules allow them."""
     yield from _sent_topics(access, access.deny_send, sites)
     yield from _sent_calls(access, access.deny_serve, access.deny_call, sites)
 
@@ -110,9 +110,9 @@ def _taken(access: SiteAccess, sites: Collection[str]) -> Iterator[str]:
     """Yield the keys that a site may read."""
     site = access.site
     yield site_key("*", "hello")
-    if access.take is None or access.serve is None or access.call is None:  # none of them, or all
-        yield site_key("*", f"*/{site}/**")  # packets for this site alone, or under its names
-        # Not all topics: what a site sends into the names of another one is only for that one.
+    if access.take is None or access.serve is None or access.call is None:  # if one is None, all are
+        yield site_key("*", f"*/{site}/**")  # packets for this site alone, or for its topics
+        # Only owners' topics: messages that a site sends to another one's topic are only for that one.
         yield from (site_key(owner, f"t/{owner}/**") for owner in sites if owner != site)
         return
     yield site_key("*", f"to/{site}")
@@ -121,7 +121,7 @@ def _taken(access: SiteAccess, sites: Collection[str]) -> Iterator[str]:
 
 
 def _never_taken(access: SiteAccess, sites: Collection[str]) -> Iterator[str]:
-    """Yield the keys that a site may not read, whatever else it may."""
+    """Yield the keys that a site may not read, even if other rules allow them."""
     yield from _taken_topics(access, access.deny_take, sites)
     yield from _taken_calls(access, access.deny_serve, access.deny_call, sites)
 
@@ -137,7 +137,7 @@ def _taken_topics(access: SiteAccess, patterns: Iterable[Pattern], sites: Collec
 def _sent_calls(
     access: SiteAccess, serve: Iterable[Pattern], call: Iterable[Pattern], sites: Collection[str]
 ) -> Iterator[str]:
-    """Yield the keys of the replies of services of a site, and of its calls of others'."""
+    """Yield the keys of replies from a site's services, and of its calls to other sites' services."""
     site = access.site
     yield from (site_key(site, f"call/*/{site}{path}") for _, path in _owners_and_paths(site, serve, sites))
     yield from (site_key(site, f"call/{owner}/{owner}{path}") for owner, path in _owners_and_paths(site, call, sites))
@@ -146,7 +146,7 @@ def _sent_calls(
 def _taken_calls(
     access: SiteAccess, serve: Iterable[Pattern], call: Iterable[Pattern], sites: Collection[str]
 ) -> Iterator[str]:
-    """Yield the keys of the calls of services of a site, and of the replies to its calls of others'."""
+    """Yield the keys of calls to a site's services, and of replies to its calls to other sites' services."""
     site = access.site
     yield from (site_key("*", f"call/{site}/{site}{path}") for _, path in _owners_and_paths(site, serve, sites))
     yield from (site_key(owner, f"call/{site}/{owner}{path}") for owner, path in _owners_and_paths(site, call, sites))

@@ -2,13 +2,13 @@
 
 `make_keys` makes a folder like this::
 
-    keys/ca/     ca.crt ca.key               the certificate authority; its key belongs to no site
-    keys/red/    ca.crt site.crt site.key    what the site `red` needs: copy this folder there
+    keys/ca/     ca.crt ca.key               the certificate authority; its key belongs to no site keys/red/    ca.crt
+    site.crt site.key    what site `red` needs: copy this folder there
 
 A site's certificate has the site's name as common name, and the host names and addresses at which other sites connect
-to it as alternative names. `load_keys` checks such a folder before it is used. Later keys of a site have a number in
-their name, such as ``red-2``: zenoh takes no list of revoked certificates, so those who let a site in must know the
-name of its current keys.
+to it as alternative names. `load_keys` checks such a folder before it is used. A site's later keys have a number in
+their name, such as ``red-2``: zenoh does not support certificate revocation lists, so whoever admits a site must know
+the name of its current keys.
 """
 
 from __future__ import annotations
@@ -33,10 +33,10 @@ if TYPE_CHECKING:
     from cryptography.hazmat.primitives.asymmetric import ec
 
 DEFAULT_DAYS = 3650
-"""Days for which certificates are valid. Sites cannot ask for new ones by themselves, so this is a robot's lifetime."""
+"""Days for which certificates are valid. Sites cannot renew them by themselves, so this covers a robot's lifetime."""
 EXPIRY_WARNING_DAYS = 60
 AUTHORITY = "ca"
-"""Name of the certificate authority's folder, which no site may have."""
+"""Name of the certificate authority's folder; no site may have this name."""
 CA_CERTIFICATE, SITE_CERTIFICATE, SITE_KEY = "ca.crt", "site.crt", "site.key"
 _CA_KEY = "ca.key"
 _MAX_DAYS = 36500
@@ -54,7 +54,7 @@ class SiteKeys(NamedTuple):
 
     Attributes:
         site: the site's name.
-        name: the name in the certificate: the site's, or a later one such as ``red-2``.
+        name: the name in the certificate: the site's name, or for later keys one such as ``red-2``.
         ca_certificate, certificate, key: the files.
         expires: when the first of the certificates expires, in UTC.
     """
@@ -75,7 +75,7 @@ def make_keys(folder: Path, hosts: Mapping[str, Sequence[str]], days: int = DEFA
     """Make keys for sites, and a certificate authority if the folder has none yet.
 
     Args:
-        folder: where to put them; other users get no access to it.
+        folder: where to put them; other users cannot access it.
         hosts: for each site, or later keys of a site such as ``red-2``, the host names and IP addresses at which other
             sites connect to it; empty for a site that only connects to others.
         days: for how many days the certificates are valid.
@@ -84,9 +84,8 @@ def make_keys(folder: Path, hosts: Mapping[str, Sequence[str]], days: int = DEFA
         The new folders, one for each site.
 
     Raises:
-        SiteNameError: a site cannot have this name.
-        KeysError: a host is invalid, or a site already has keys; or a file cannot be read or written. Only in the last
-            case, keys may have been made for some of the sites.
+        SiteNameError: a site cannot have this name. KeysError: a host is invalid, or a site already has keys; or a file
+        cannot be read or written. Only in the last case may keys have been made for some of the sites.
     """
     if not 1 <= days <= _MAX_DAYS:
         raise KeysError(f"certificates can be valid for 1 to {_MAX_DAYS} days, not for {days}")
@@ -236,7 +235,7 @@ def _alternative_name(host: str) -> Any:
     except ValueError:
         pass
     labels = host.removesuffix(".").split(".")
-    # A last label of digits alone is that of an address with a mistake, such as 10.0.0.300.
+    # If the last label has only digits, it is a mistyped address, such as 10.0.0.300.
     if (
         len(host) > 253
         or labels[-1].isdigit()

@@ -24,7 +24,7 @@ class Connection(NamedTuple):
 
 
 class Event(NamedTuple):
-    """What to log of a connection."""
+    """What to log about a connection."""
 
     text: str
     is_warning: bool
@@ -34,7 +34,7 @@ class Connections:
     """The connections of a router or a bridge.
 
     Args:
-        allowed: the names in certificates of those that may do something; empty for all.
+        allowed: the certificate names that have any permissions; empty for all.
     """
 
     def __init__(self, allowed: Collection[str]) -> None:
@@ -54,9 +54,9 @@ class Connections:
     def _connected_event(self, new: Connection, found: frozenset[Connection]) -> Event:
         text = f"{_describe(new)} connected ({new.address})"
         if self._allowed and new.certificate not in self._allowed:
-            return Event(f"{text}: it is not named under `sites`, so it can neither send nor take anything", True)
+            return Event(f"{text}: it is not named under `sites`, so it can neither send nor receive anything", True)
         if new.certificate and any(new.certificate == each.certificate for each in found - {new}):
-            # Usually, its earlier connection has broken unnoticed.
+            # Usually its earlier connection broke without being noticed.
             text += "; there is another connection with the same keys"
         return Event(text, False)
 
@@ -71,7 +71,7 @@ def _describe(connection: Connection) -> str:
 
 
 def session_connections(session: Any) -> list[Connection]:
-    """Return the connections of a session of zenoh; none if this version of zenoh cannot tell."""
+    """Return the connections of a zenoh session; none if this version of zenoh cannot tell."""
     links = getattr(session.info, "links", None)
     if links is None:
         return []
@@ -79,5 +79,5 @@ def session_connections(session: Any) -> list[Connection]:
 
 
 def _address(endpoint: str) -> str:
-    """Return the address of an endpoint; an IPv4 address that came to an IPv6 socket is written as usual."""
+    """Return the address of an endpoint; IPv4-mapped IPv6 addresses are written as IPv4."""
     return re.sub(r"\[::ffff:([\d.]+)\]", r"\1", endpoint.partition("/")[2])

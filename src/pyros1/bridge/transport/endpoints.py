@@ -39,10 +39,10 @@ def check_endpoint(text: str) -> str:
 
 
 def check_reachable(endpoint: str) -> None:
-    """Refuse an endpoint of another site to which zenoh never connects.
+    """Refuse an endpoint of another site that zenoh can never connect to.
 
     Raises:
-        EndpointError: it is encrypted, and has an IPv6 address, which zenoh's TLS does not take as the name to check.
+        EndpointError: it is encrypted and has an IPv6 address, which zenoh's TLS does not accept as the name to verify.
     """
     if _is_encrypted(endpoint) and "/[" in endpoint:
         raise EndpointError(
@@ -52,7 +52,7 @@ def check_reachable(endpoint: str) -> None:
 
 
 def is_local(endpoint: str) -> bool:
-    """Return whether only programs on this machine can use an endpoint to listen on."""
+    """Return whether only programs on this machine can reach an endpoint to listen on."""
     protocol, _, address = endpoint.partition("/")
     return protocol == "unixsock-stream" or _LOOPBACK.match(address.rpartition(":")[0]) is not None
 
@@ -61,7 +61,7 @@ def check_security(connect: Iterable[str], listen: Iterable[str], has_keys: bool
     """Refuse endpoints beyond this machine where sites would not have to prove who they are.
 
     Args:
-        connect, listen: endpoints of other sites, and those on which this one listens.
+        connect, listen: endpoints of other sites, and endpoints on which this site listens.
         has_keys: whether this site has keys, see `pyros1.bridge.transport.certificates`.
         insecure: whether unencrypted connections to and from other machines are allowed.
 
@@ -85,7 +85,7 @@ def check_security(connect: Iterable[str], listen: Iterable[str], has_keys: bool
     for endpoint in connect:
         if not (insecure or _is_encrypted(endpoint) or is_local(endpoint)):
             raise EndpointError(
-                f"{endpoint} is not encrypted: others on the way can read and change what is sent. Use "
+                f"{endpoint} is not encrypted: anyone on the way can read and change what is sent. Use "
                 f"{_encrypted_form(endpoint)} with --keys, or allow it with --insecure"
             )
 

@@ -1,4 +1,4 @@
-"""Explains to users why connections between sites fail; zenoh's own errors contain neither reason nor remedy."""
+"""Explains to users why connections between sites fail; zenoh's own errors give neither reason nor remedy."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ _IN_USE = "Address already in use"
 
 
 def first_sentence(error: Exception) -> str:
-    """Return the beginning of one of zenoh's errors, which end in the source lines that they passed."""
+    """Return the beginning of a zenoh error; the rest lists lines of zenoh's source."""
     return str(error).partition(" at ")[0].strip()[:300] or type(error).__name__
 
 
@@ -20,7 +20,7 @@ def explain_listening(error: Exception, listen: Sequence[str]) -> str:
 
     Args:
         error: zenoh's error.
-        listen: the endpoints on which it should listen.
+        listen: the endpoints on which it was to listen.
     """
     text = str(error)
     if _IN_USE in text:
@@ -30,11 +30,11 @@ def explain_listening(error: Exception, listen: Sequence[str]) -> str:
 
 
 def explain_dialling(error: Exception, endpoint: str) -> str:
-    """Return why a site could not be reached. This connects to its port, and waits for some seconds.
+    """Return why a site could not be reached. To find out, this tries its port for up to three seconds.
 
     Args:
         error: zenoh's error.
-        endpoint: where the site should listen.
+        endpoint: where the site is expected to listen.
     """
     protocol, _, address = endpoint.partition("/")
     if protocol not in _ON_TCP:

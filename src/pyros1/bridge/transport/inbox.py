@@ -1,8 +1,8 @@
-"""The queue of incoming packets, bounded for each sending site. No I/O.
+"""The queue of incoming packets, with limits for each sending site. No I/O.
 
-Sites take turns by what their packets cost, so one that floods this one costs only its own packets. All sites that are
-not present yet count as one, so invented names do not get more turns. Within a site, heartbeats
-and lists go before messages. All sizes are in bytes.
+Sites take turns according to the cost of their packets, so a site that floods this one delays only its own packets. All
+sites that are not present yet count as one, so made-up names do not get more turns. Within a site, heartbeats and lists
+go before messages. All sizes are in bytes.
 """
 
 from __future__ import annotations
@@ -22,25 +22,25 @@ SITE_PACKETS = 5_000
 TOTAL_BYTES = 128 << 20
 """Maximum total size of all waiting packets; a single larger one is accepted."""
 UNKNOWN_SITES = ""
-"""Stands for all sites that are not known."""
+"""Stands for all unknown sites."""
 _MAX_COSTS = 300
-"""Maximum number of sites of which costs are kept; more than a bridge talks to."""
+"""Maximum number of sites whose costs are kept; more than a bridge talks to."""
 _PACKET_COST = 2_000
-"""What a packet costs besides its bytes: its fixed time, in the time to copy a byte."""
+"""The fixed cost of a packet, in units of the time to copy a byte."""
 _CONTROL_FACTOR = 20
-"""How many times longer it takes to read a byte of JSON."""
+"""How many times longer than copying it takes to parse a byte of JSON."""
 _CHEAP_COST = 1_000_000
-"""Maximum cost of a packet for which others, which do not wait here, may wait: about a millisecond."""
+"""Maximum cost of a packet that is handled without queueing, which delays others: about a millisecond."""
 
 Received = tuple[Key, bytes, bytes]
-"""A packet that has come: key, head and body."""
+"""A received packet: key, head and body."""
 
 
 class _SiteQueue:
     """The packets of a site.
 
     Attributes:
-        cost: what was done for it, compared with the others.
+        cost: the total cost of its handled packets, on a scale shared with the other sites.
     """
 
     def __init__(self, cost: int) -> None:
@@ -65,12 +65,12 @@ class _SiteQueue:
 
 
 class Inbox:
-    """Packets that have come and wait.
+    """Received packets that wait to be handled.
 
     Attributes:
-        known: the sites that have shown that they are there; each has a queue of its own. May be set in any thread.
+        known: the sites that have proved to be present; each has its own queue. May be set in any thread.
         dropped: how many packets were dropped because too many waited, or because they were too large.
-        costs: what was done for sites that were ahead of others and have nothing waiting now.
+        costs: the costs of sites that have nothing waiting now but were ahead of others.
     """
 
     def __init__(
@@ -86,9 +86,9 @@ class Inbox:
         self._site_control_bytes = site_control_bytes
         self._site_packets = site_packets
         self._total_bytes = total_bytes
-        self._sites: dict[str, _SiteQueue] = {}  # those of which something waits
+        self._sites: dict[str, _SiteQueue] = {}  # only sites with waiting packets
         self._bytes = 0
-        self._cost = 0  # of the site that was served last, before that
+        self._cost = 0  # of the last served site, before its packet
         self.costs: dict[str, int] = {}
 
     @property
@@ -98,12 +98,12 @@ class Inbox:
 
     @staticmethod
     def is_cheap(packet: Received) -> bool:
-        """Return whether handling a packet takes so little time that it need not wait here for its turn."""
+        """Return whether a packet takes so little time that it need not wait here for its turn."""
         return _cost(packet) <= _CHEAP_COST
 
     def put(self, packet: Received) -> None:
-        """Add a packet. If too many messages of its site wait, the oldest is dropped; of other packets, the new one. If
-        too much waits in total, messages of the site that has most are dropped.
+        """Add a packet. If too many messages from its site wait, the oldest is dropped; if too many of its other
+        packets wait, the new one is. If too much waits in total, packets from the site with the most are dropped.
         """
         key, size = packet[0], _size(packet)
         is_control = key.topic is None
@@ -136,7 +136,7 @@ class Inbox:
         self.dropped += 1
 
     def _drop_of_largest(self) -> bool:
-        """Drop a packet of the site of which most waits; return whether there was one that can be dropped."""
+        """Drop a packet from the site with the most waiting bytes; return False if there is none to drop."""
         name, site = max(self._sites.items(), key=lambda item: item[1].size)
         if len(self._sites) == 1 and len(site.messages) + len(site.control) == 1:
             return False

@@ -1,5 +1,5 @@
-"""Queues of bulky packets, in lanes: one for packets to all sites, and one for each site with its own packets. So a
-slow or unresponsive site does not hold up the others. No I/O.
+"""Queues of bulky packets, in lanes: one for packets to all sites, and one for each site that gets its own packets, so
+that a slow or unresponsive site does not hold up the others. No I/O.
 """
 
 from __future__ import annotations
@@ -16,14 +16,14 @@ from pyros1.bridge.transport.queues import OUTBOX_BYTES, OUTBOX_PACKETS, Outbox
 COMMON = ""
 """The lane for packets that are for all sites."""
 DIRECT_BYTES = 48 << 10
-"""Maximum size of a packet that is dropped after a millisecond if the link is slow; the rest of a larger one waits."""
+"""Maximum size of a packet that the link drops after a millisecond if it is slow; the rest of a larger packet waits."""
 LINK_QUEUE_BYTES = 512 << 10
-"""How many bytes of each priority the link can queue."""
+"""How many bytes the link can queue for each priority."""
 _MAX_LANES = 300
 
 
 class ProbeDue(NamedTuple):
-    """A probe must follow a packet: its number, and the lane whose sites get it."""
+    """A probe that must follow a packet: the lane whose sites get it, and its number."""
 
     lane: str
     number: int
@@ -43,8 +43,8 @@ class Lanes:
     """Waiting packets, each in the lane of its receiver.
 
     Args:
-        is_paced: whether packets wait for answers to probes; otherwise there is one lane, and nothing waits in it for
-            anything but the thread that sends.
+        is_paced: whether packets wait for answers to probes; otherwise there is one lane, and its packets wait only for
+            the sending thread.
         max_bytes: maximum total size in bytes of the waiting packets; each lane may have at least one.
         max_packets: maximum number of waiting packets.
     """
@@ -53,9 +53,9 @@ class Lanes:
         self._is_paced = is_paced
         self._max_bytes = max_bytes
         self._max_packets = max_packets
-        self._numbers = count(1)  # of probes: a site does not say to which lane it answers
+        self._numbers = count(1)  # of probes: an answer does not name its lane
         self._lanes = {COMMON: _Lane(self._numbers)}
-        self._last = COMMON  # whose packet was sent last
+        self._last = COMMON  # the lane whose packet was sent last
 
     def __len__(self) -> int:
         return sum(len(lane.outbox) for lane in self._lanes.values())
@@ -77,8 +77,8 @@ class Lanes:
         return receiver_of(key) if self._is_paced and not key.startswith("t/") else COMMON
 
     def lane_if_idle(self, packet: Send, now: float) -> str | None:
-        """Return the lane of a packet that need not be put, since nothing waits, it may be sent now, and the link will
-        take it at once; else None.
+        """Return the lane of a packet that need not be queued: nothing waits, it may be sent now, and the link will
+        accept it at once. Otherwise return None.
         """
         name = self._name(packet.key)
         lane = self._lanes.get(name)
@@ -91,7 +91,7 @@ class Lanes:
         return name if not self._is_paced or lane.pacer.may_send(now) else None
 
     def _has_room(self, lane: _Lane, size: int) -> bool:
-        """Return whether the link has room for a large packet besides what may still wait in it."""
+        """Return whether the link has room for a large packet, given what may still be queued in it."""
         if not self._is_paced or not lane.pacer.is_calm:
             return False
         return size + sum(each.pacer.unconfirmed_bytes for each in self._lanes.values()) <= LINK_QUEUE_BYTES
@@ -111,8 +111,8 @@ class Lanes:
                 break
 
     def pop(self, now: float) -> tuple[str, Send] | None:
-        """Return the packet to send next, and its lane; None if none may be sent now. It is of the most urgent ones,
-        and lanes take turns.
+        """Return the next packet to send, after its lane; None if none may be sent now. The most urgent packets go
+        first; among equals, lanes take turns.
         """
         ready = [name for name, lane in self._lanes.items() if lane.outbox]
         if self._is_paced:
@@ -124,7 +124,7 @@ class Lanes:
         return None
 
     def _in_turn(self, ready: list[str]) -> list[str]:
-        """Return lanes by the priority of their first packets; of those with the same one, the next after the last."""
+        """Return lanes by the priority of their first packets; lanes with equal priority take turns."""
         names = [*self._lanes]
         last = names.index(self._last) if self._last in self._lanes else -1
         places = {name: (number - last - 1) % len(names) for number, name in enumerate(names)}

@@ -1,4 +1,4 @@
-"""The interface for sending packets between sites, which tests implement without a network."""
+"""The interface for sending packets between sites; tests implement it without a network."""
 
 from __future__ import annotations
 
@@ -27,14 +27,14 @@ class Link(Protocol):
         ...
 
     def send(self, packet: Send) -> None:
-        """Send a packet, below this site's prefix. It may be lost. This waits only while a packet of the same priority
+        """Send a packet below this site's prefix. It may be lost. This waits only while a packet of the same priority
         cannot be sent, and only for a limited time.
         """
         ...
 
     def try_send(self, packet: Send) -> bool:
-        """Send a small packet if that needs hardly any waiting, a millisecond at most; return whether it could be done.
-        No other thread may send packets of the same priority meanwhile.
+        """Send a small packet if that takes hardly any waiting, a millisecond at most; return whether it was sent. No
+        other thread may send packets of the same priority meanwhile.
         """
         ...
 

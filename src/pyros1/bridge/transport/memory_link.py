@@ -1,7 +1,4 @@
-"""A network in memory for tests, whose clock the test sets: it delays, loses, repeats and reorders packets, and breaks.
-
-Each site has its own clock, which starts anywhere, as those of machines do.
-"""
+"""A simulated network for tests, which set its clock: it delays, loses, repeats and reorders packets, and can break."""
 
 from __future__ import annotations
 
@@ -22,9 +19,9 @@ class NetworkConditions(NamedTuple):
     """What the network does to packets.
 
     Attributes:
-        delay: minimum seconds on the way.
-        jitter: maximum seconds on top of it, different for each packet, so that packets overtake each other.
-        loss, repetition: the part of the packets that is lost, and that comes twice, from 0 to 1.
+        delay: minimum seconds in transit.
+        jitter: maximum additional seconds, different for each packet, so that packets overtake each other.
+        loss, repetition: the fractions of packets that are lost and that arrive twice, from 0 to 1.
     """
 
     delay: float = 0.01
@@ -38,11 +35,11 @@ class MemoryNetwork:
 
     Args:
         random: decides what happens to packets.
-        conditions: what happens; may be replaced at any time.
+        conditions: the delays and losses; may be replaced at any time.
 
     Attributes:
         now: the current time in seconds; `run_until` changes it.
-        parted: pairs of sites between which nothing passes; each pair in alphabetical order.
+        parted: pairs of disconnected sites; each pair in alphabetical order.
     """
 
     def __init__(self, random: Random, conditions: NetworkConditions = NetworkConditions()) -> None:  # noqa: B008 - immutable
@@ -81,7 +78,7 @@ class MemoryNetwork:
         self.now = time
 
     def carry(self, sender: MemoryLink, packet: Send) -> None:
-        """Handle a packet from a site, and let it arrive at others, sooner, later, repeatedly or never."""
+        """Carry a packet from a site to others: it arrives sooner or later, repeatedly or never."""
         key = parse_key(site_key(sender.site, packet.key))
         assert key is not None, packet.key
         for link in [*self._links.values()]:

@@ -1,12 +1,12 @@
 """Flow control: limits the bytes in transit to other sites, so urgent packets do not wait behind bulky ones. No I/O.
 
-A slow network queues packets in places where priorities have no effect. So some bulky packets are followed by a *probe*
-of the same priority, which its receivers answer at once. At most a window of bytes is sent beyond the last probe that
-all receivers have answered. While at least half of it is used, the window grows if answers are nearly as fast as the
+A slow network queues packets where priorities have no effect. So some bulky packets are followed by a *probe* of the
+same priority, which its receivers answer at once. At most a window of bytes is sent beyond the last probe that all
+receivers have answered. While at least half of it is used, the window grows if answers are nearly as fast as the
 fastest so far. It shrinks if they take longer, because packets are then queueing on the way. All times are in seconds.
 
-A probe costs each side as much as a message. So on fast networks, which confirm nearly everything at once, probes are
-sent at intervals of `_CALM_PERIOD`, but at least every half window, instead of every quarter of a window.
+A probe costs each side as much as a message. So on fast networks, where nearly everything is confirmed at once, probes
+are sent only every `_CALM_PERIOD` or half window, whichever comes first, instead of every quarter of a window.
 """
 
 from __future__ import annotations
@@ -19,17 +19,18 @@ FIRST_WINDOW = 64 << 10
 SMALLEST_WINDOW = 8 << 10
 LARGEST_WINDOW = 16 << 20
 QUEUE_TIME = 0.08
-"""Seconds by which an answer may exceed the fastest one plus a round trip before the window shrinks. The round trip is
-the time that it takes to resend a lost packet, which does not indicate a queue."""
+"""Seconds by which an answer may exceed the fastest one plus a round trip before the window shrinks. The additional
+round trip allows for resending a lost packet, which does not indicate a queue.
+"""
 PATIENCE = 2.0
 """Seconds to wait for an answer."""
 SLOW_COUNT = 3
 SLOW_TIME = 20.0
 """A site is slow if its answers alone made the window shrink `SLOW_COUNT` times within `SLOW_TIME` seconds."""
 _CALM_PERIOD = 0.15
-"""Seconds between probes where nearly everything is confirmed at once."""
+"""Seconds between probes while nearly everything is confirmed at once."""
 _FIRST_PERIOD = 1.0
-"""Minimum seconds between probes of a first packet after a pause."""
+"""Minimum seconds between probes after the first packet following a pause."""
 _LOSS_ROUND_TRIPS = 3
 _LONGER_WAY_COUNT = 3
 _CAREFUL_GROWTH = 0.1
@@ -67,15 +68,15 @@ class Pacer:
         self.window = float(FIRST_WINDOW)
         self._numbers = count(1) if numbers is None else numbers
         self._probes: dict[int, _Probe] = {}
-        self._sent = 0  # bytes so far
+        self._sent = 0  # total bytes
         self._arrived = 0
         self._probed = 0
-        self._calm_bytes = 0.0  # sent per `_CALM_PERIOD`; 0 unless it is confirmed at once
+        self._calm_bytes = 0.0  # sent per `_CALM_PERIOD`; 0 unless nearly all are confirmed at once
         self._best: dict[str, float] = {}  # site -> the shortest time of an answer
         self._round_trips: dict[str, float] = {}
         self._growth = 1.0  # the fraction of the confirmed bytes by which the window grows; 1 doubles it per round trip
         self._probed_at = self._used_at = self._shrunk_at = self._confirmed_at = float("-inf")
-        self._late_alone: dict[str, deque[float]] = {}  # site -> when it alone made the window shrink
+        self._late_alone: dict[str, deque[float]] = {}  # site -> when its answers alone made the window shrink
         self._slow: list[str] = []
         self._late_at_smallest = 0
         self._late_at: float | None = None  # when answers began to be late
@@ -112,7 +113,7 @@ class Pacer:
         self._sent += size
         if self._sent - self._arrived >= self.window / 2:
             self._used_at = now
-        is_first = not self._probes and now - self._probed_at >= _FIRST_PERIOD  # none of our packets can delay it
+        is_first = not self._probes and now - self._probed_at >= _FIRST_PERIOD  # no earlier packets can delay it
         enough = min(self.window / 2, max(self.window / 4, self._calm_bytes))
         if self._sent - self._probed < enough and not is_first:
             return None
@@ -151,7 +152,7 @@ class Pacer:
             self._complete(number, probe, now)
 
     def remove(self, site: str) -> None:
-        """Stop waiting for answers of a site, which gets separate packets from now on."""
+        """Stop waiting for answers from a site that gets separate packets from now on."""
         self._late_alone.pop(site, None)
         for number, probe in [*self._probes.items()]:
             if probe.awaited is not None and number in self._probes:
@@ -169,7 +170,7 @@ class Pacer:
         """Adjust the window to the answers to a probe."""
         if not probe.late:
             self._late_at_smallest, self._late_at = 0, None
-            if self._used_at >= probe.sent_at:  # otherwise it was hardly used, which says nothing about a larger one
+            if self._used_at >= probe.sent_at:  # a hardly used window says nothing about a larger one
                 self.window = min(LARGEST_WINDOW, self.window + (probe.total - self._arrived) * self._growth)
             is_calm = self._sent - probe.total < self.window / 4
             took = probe.sent_at - self._confirmed_at

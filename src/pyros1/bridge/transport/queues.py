@@ -1,7 +1,7 @@
 """Bounded queues of packets to be sent. No I/O.
 
-Urgent ones go first; where only the newest message counts, a newer one takes the place of the one that waits, so after
-a pause the newest goes first.
+Urgent packets go first. Where only the newest message counts, it replaces the waiting one, so it is sent first after a
+pause.
 """
 
 from __future__ import annotations
@@ -16,14 +16,14 @@ OUTBOX_BYTES = 32 << 20
 """Maximum total size in bytes of the packets waiting to be sent; a single larger one is accepted."""
 OUTBOX_PACKETS = 10_000
 _GRACE = 0.05
-"""Seconds that a message may wait before the network counts as too slow for it, and newer messages take its place."""
+"""Seconds that a message may wait before the network counts as too slow for it, and newer messages replace it."""
 _GRACE_PACKETS = 50
-"""Maximum number of messages of a publisher that may wait so."""
+"""Maximum number of a publisher's messages that may wait without being replaced."""
 _MAX_COUNTED_KEYS = 5_000
 
 
 class _QueuedPacket:
-    """A queued packet, with the time when it was queued."""
+    """A packet and the time when it was queued."""
 
     __slots__ = ("packet", "since")
 
@@ -47,7 +47,7 @@ class Outbox:
         self._max_packets = max_packets
         self._count = 0
         self._numbers = count()
-        # For each priority: a number for each packet -> the packet, in the order in which they are sent.
+        # For each priority: packet number -> packet, in sending order.
         self._queues: dict[Priority, dict[int, _QueuedPacket]] = {priority: {} for priority in Priority}
         self._replaceable: dict[tuple[str, int], list[int]] = {}  # key and `replaces` -> the waiting packets
 
@@ -82,7 +82,7 @@ class Outbox:
                 break
 
     def drop_one(self) -> bool:
-        """Drop the oldest packet of the lowest priority, and return True, unless it is the only one."""
+        """Drop the oldest packet of the lowest priority, and return True; return False if only one packet is left."""
         if self._count <= 1:
             return False
         lowest = next(waiting for waiting in reversed(self._queues.values()) if waiting)
@@ -92,7 +92,7 @@ class Outbox:
         return True
 
     def first_priority(self) -> Priority:
-        """Return the priority of the packet to send next; the lowest one if none waits."""
+        """Return the priority of the next packet to send; the lowest one if none waits."""
         return next((priority for priority, queue in self._queues.items() if queue), Priority.BACKGROUND)
 
     def _append(self, queue: dict[int, _QueuedPacket], packet: Send, now: float) -> int:
@@ -121,7 +121,7 @@ class Outbox:
                 del self._replaceable[slot]
 
     def pop(self, now: float) -> Send | None:
-        """Return the packet to send next, or None if none waits. Those that are too old are dropped."""
+        """Return the next packet to send, or None if none waits. Packets that are too old are dropped."""
         for queue in self._queues.values():
             while queue:
                 number = next(iter(queue))

@@ -1,4 +1,4 @@
-"""A router alone: sites that only dial out reach each other through it."""
+"""A standalone router: sites that only dial out reach each other through it."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ class Router:
     Args:
         connect: endpoints of other routers.
         listen: endpoints to listen on.
-        settings: further settings of zenoh, as for `pyros1.bridge.transport.zenoh_link.ZenohLink`.
+        settings: further zenoh settings, as for `pyros1.bridge.transport.zenoh_link.ZenohLink`.
 
     Raises:
         LinkError: eclipse-zenoh is not installed, cannot listen, or rejects a setting.

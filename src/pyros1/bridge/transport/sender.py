@@ -1,6 +1,5 @@
-"""Sends packets over the link: immediately while nothing waits, since a thread switch costs as much as the rest;
-others in threads that may wait for the network, one for urgent packets and for what to listen to, one for other
-packets.
+"""Sends packets over the link: immediately while nothing waits, since a thread switch would double the cost; otherwise
+in threads that may wait for the network, one for urgent packets and subscriptions, one for other packets.
 """
 
 from __future__ import annotations
@@ -20,18 +19,18 @@ MakeProbes = Callable[[str, int, Priority], list[Probe]]
 _PACING_PERIOD = 0.1
 """Seconds between checks for missing answers."""
 _DIRECT_TIME = 0.0005
-"""Seconds that this may take. If two packets in succession take longer, or one takes much longer, the network takes no
-more; a single one may have waited for the processor on a busy machine.
+"""Seconds that sending a packet immediately may take. If two packets in succession take longer, or one takes much
+longer, the network is saturated; a single one may have waited for the processor on a busy machine.
 """
 _LONG_DIRECT_TIME = 0.02
 _DIRECT_PAUSE = 0.1
 _LONGEST_PAUSE = 300.0
 _PAUSE_FACTOR = 100
-"""Seconds in which the thread then sends everything, since others wait for the thread that puts packets: at least, at
-most, and for each second that it took, so that a hundredth of the time is lost.
+"""Seconds for which the thread then sends everything, so that slow sends do not block the callers of `put`: at least,
+at most, and per second that the send took, so that callers lose at most a hundredth of the time.
 """
 FLUSH_TIME = 0.5
-"""Maximum seconds to wait at the end until waiting packets are sent."""
+"""Maximum seconds to wait on closing until waiting packets are sent."""
 
 
 def _make_none(*_: object) -> list[Probe]:
@@ -39,16 +38,16 @@ def _make_none(*_: object) -> list[Probe]:
 
 
 class SendingThread:
-    """A thread that sends the packets that cannot be sent immediately, in order of priority.
+    """A thread that sends packets that cannot be sent immediately, in order of priority.
 
     Args:
         name: the thread's name.
         link: where to send them.
         clock: returns the site's time in seconds.
         on_error: called with an exception that sending has raised.
-        make_probes: returns the probes to send after a packet, see `pyros1.bridge.transport.pacer`: it is given the
-            site that gets the packet, or an empty text for all, and the probe's number and priority. None for a thread
-            that does not wait for answers. Called by the thread that puts a packet, or by this one.
+        make_probes: returns the probes to send after a packet, see `pyros1.bridge.transport.pacer`; called with the
+            site that gets the packet (an empty string for all sites) and the probe's number and priority, in the thread
+            that puts a packet or in this one. None for a thread that does not wait for answers.
         on_slow: called with a site that holds up others.
     """
 
@@ -74,7 +73,7 @@ class SendingThread:
         self._is_flushing = False
         self._is_sending = False
         self._direct_from = float("-inf")
-        self._was_slow = False  # whether the last packet that was sent at once took long
+        self._was_slow = False  # whether the last immediately sent packet took long
         self._thread = threading.Thread(target=self._run, name=name, daemon=True)
         self._thread.start()
 
@@ -150,7 +149,7 @@ class SendingThread:
         return None
 
     def _pop(self) -> Callable[[], object] | None:
-        """Return what to do next, if there is something that need not wait."""
+        """Return the next thing to do; None if there is nothing, or everything must wait."""
         self._note_slow()
         if self._tasks:
             return self._tasks.popleft()
@@ -199,7 +198,7 @@ class SendingThread:
 
 
 class Sender:
-    """Sends packets in two threads, so that bulky ones that wait for the network do not delay heartbeats and commands.
+    """Sends packets in two threads, so that bulky packets waiting for the network do not delay heartbeats and commands.
 
     Args:
         link, clock, on_error, make_probes, on_slow: see `SendingThread`.
@@ -222,7 +221,7 @@ class Sender:
         (self._urgent if packet.priority <= Priority.HIGH else self._bulk).put(packet)
 
     def listen(self, site: str, key: str, on: bool) -> None:
-        """Receive what another site sends on a key, or no longer; this precedes packets that are sent later."""
+        """Receive what another site sends on a key, or stop; takes effect before packets that are sent later."""
         self._urgent.do(partial(self._link.listen, site, key, on))
 
     def on_probe_reply(self, site: str, number: int) -> None:

@@ -1,17 +1,16 @@
 """The link over eclipse-zenoh (https://zenoh.io), whose library does routing, encryption and reconnecting.
 
-A site that listens is a router, so that sites which only dial out, from behind NAT, reach each other through it. One
-that only dials one other is a client, which costs least; one that dials several is a router, too, since a client has
-only one connection. Sites find each other only through the endpoints that they are given: multicast and gossip are
-off.
+A site that listens is a router, so that sites that only dial out, such as those behind NAT, reach each other through
+it. A site that only dials one other is a client, which costs least; one that dials several is a router too, since a
+client has only one connection. Sites find each other only through the endpoints that they are given: multicast and
+gossip are off.
 
-zenoh's callbacks run on its own threads, so what they call must return at once.
+zenoh's callbacks run on its own threads, so they must return at once.
 
-Nothing that is sent may wait for a site that takes nothing: neither here, nor in a router on the way, where a packet
-that waits holds up all that comes from the same site. So packets are dropped where the queue of a connection is full.
-What must not be lost is sent again by the sites. zenoh's other ways, to wait and then to close the connection, are not
-used for another reason, too: if two threads wait, the second one closes the connection that has been made meanwhile,
-and the site is cut off for good (1.10.2).
+No packet may wait for a site that has stopped reading: neither here, nor in a router on the way, where it would hold up
+all packets from the same site. So packets are dropped when a connection's queue is full, and sites resend those that
+must not be lost. zenoh's alternative, to wait and then to close the connection, has another flaw: if two threads wait,
+the second one closes the new connection, and the site is cut off for good (1.10.2).
 """
 
 from __future__ import annotations
@@ -38,19 +37,22 @@ MAX_PACKET = 64 << 20
 """Maximum size of a packet in bytes; zenoh refuses larger ones before it has received them."""
 _QUEUE = "transport/link/tx/queue"
 _BATCHES = 16
-"""Maximum number of batches of 64 kB, for each connection and priority, in which packets wait. zenoh puts packets that
-wait into as few batches as possible, so this is enough for long lists, and for what comes in a pause."""
+"""Maximum number of 64 kB batches of waiting packets, for each connection and priority. zenoh packs waiting packets
+into as few batches as possible, so this is enough for long lists, and for packets that arrive during a pause.
+"""
 _QUEUED_PRIORITIES = ("real_time", "interactive_high", "data", "data_low", "background")
 _FRAGMENTS_TIME = 2_000_000
 """Microseconds that the rest of a large packet may wait for the network, before the packet is dropped."""
 _SEND_BUFFER = 256 << 10
-"""Bytes that the system queues for a connection. By default, it queues megabytes, for half a minute on a slow network,
-in which neither commands overtake images nor new images replace old ones. It is enough for 20 Mbit/s at 100 ms."""
+"""Bytes that the operating system queues for a connection. By default, it queues megabytes: half a minute on a slow
+network, in which commands cannot overtake images, nor new images replace old ones. This is enough for 20 Mbit/s at 100
+ms.
+"""
 _MAX_PUBLISHERS = 10_000
 _DIAL_PERIOD = 1
 """Seconds between attempts to reach the first site."""
 _DIAL_TIME = 8
-"""Seconds that an attempt may take: it needs some five round trips, and lost packets are sent again after a second."""
+"""Seconds that an attempt may take: it needs about five round trips, and lost packets are resent after a second."""
 CLOSE_TIME = 5.0
 """Seconds to wait for zenoh to close its connections."""
 
@@ -66,13 +68,12 @@ def check_installed() -> None:
 
 
 class ZenohSession:
-    """A session of zenoh that opens as soon as the other side can be reached. A base class.
+    """A zenoh session that opens as soon as the other side can be reached. A base class.
 
     Args:
         name: the bridge's name, for threads.
         connect, listen: endpoints, as for `pyros1.bridge.transport.endpoints.check_endpoint`.
-        settings: further settings of zenoh, each as JSON, by path, such as
-            ``transport/link/tls/root_ca_certificate``.
+        settings: further zenoh settings, each as JSON, by path, such as ``transport/link/tls/root_ca_certificate``.
 
     Raises:
         LinkError: eclipse-zenoh is not installed, cannot listen, or rejects a setting.
@@ -81,8 +82,8 @@ class ZenohSession:
         problem: why there is no connection, if known; empty if there is one.
         zenoh: the module.
         session: zenoh's session; None until there is one.
-        lock: guards what is declared in the session.
-        priorities: zenoh's names of priorities.
+        lock: guards the session's declarations.
+        priorities: zenoh's priorities, by ours.
     """
 
     def __init__(
@@ -120,14 +121,14 @@ class ZenohSession:
 
     @property
     def is_closing(self) -> bool:
-        """Whether the session is closed, or about to be."""
+        """Whether the session is closed or closing."""
         return self._closing.is_set()
 
     def on_open(self) -> None:
-        """Declare what is needed in the new session. Called with the lock held."""
+        """Make declarations in the new session. Called with the lock held."""
 
     def on_close(self) -> None:
-        """End the waits of other threads. Called with the lock held."""
+        """Wake other threads that wait. Called with the lock held."""
 
     def _open(self, config: Any) -> None:
         session: Any = self.zenoh.open(config)
@@ -159,7 +160,7 @@ class ZenohSession:
         session = self.session
         try:
             return [] if session is None or self.is_closing else session_connections(session)
-        except self.zenoh.ZError:  # it closes
+        except self.zenoh.ZError:  # it is closing
             return []
 
     def close(self) -> None:
@@ -172,7 +173,7 @@ class ZenohSession:
         closer.join(CLOSE_TIME)
 
     def _close_session(self) -> None:
-        # If there is none yet, it is not waited for: dialling takes long, and a session that opens now is closed again.
+        # Do not wait for a session to open, since dialling takes long: one that opens now is closed again.
         if self.session is not None:
             self.session.close()
 
@@ -218,13 +219,13 @@ class ZenohLink(ZenohSession):
         return self.session.declare_subscriber(key, self._on_sample, allowed_origin=locality)
 
     def _on_sample(self, sample: zenoh.Sample) -> None:
-        """Hand a sample over. Called on zenoh's threads."""
+        """Hand over a sample. Called on zenoh's threads."""
         key, attachment = parse_key(str(sample.key_expr)), sample.attachment
         if key is not None and attachment is not None and len(attachment) < 100 and len(sample.payload) <= MAX_PACKET:
             self._receive(key, attachment.to_bytes(), sample.payload.to_bytes())
 
     def send(self, packet: Send) -> None:
-        """Send a packet. It is lost where a connection takes nothing, and before the first connection. This waits for
+        """Send a packet. It is lost where a connection's queue is full, and before the first connection. This waits for
         the network only in the middle of a large packet, for at most `_FRAGMENTS_TIME`.
         """
         publisher = self._publisher(packet.key, packet.priority)
@@ -232,20 +233,20 @@ class ZenohLink(ZenohSession):
             publisher.put(packet.body, attachment=packet.head)
 
     def connections(self) -> list[Connection]:
-        """See `ZenohSession`. To be called about once per second, so that `try_send` knows whom there is."""
+        """See `ZenohSession`. Must be called about once per second, so that `try_send` knows the connections."""
         found = super().connections()
-        self._may_forward = not self._is_client and len(found) != 1  # with none, this version may be unable to tell
+        self._may_forward = not self._is_client and len(found) != 1  # zero may mean that this version cannot tell
         return found
 
     def try_send(self, packet: Send) -> bool:
-        """Send a packet that fits into the queue, unless that would have to wait for something to be declared. Where a
-        connection takes nothing, zenoh waits a millisecond before it drops the packet; but where it forwards a large
-        packet of the same priority from one connection to another, until that is sent. So then only urgent packets are
-        sent at once.
+        """Send a packet that fits into the queue, unless its key must first be declared. If a connection's queue is
+        full, zenoh waits a millisecond before it drops the packet; but if it is forwarding a large packet of the same
+        priority from one connection to another, it waits until that is sent. So where it may forward, only urgent
+        packets are sent at once.
         """
         if self._may_forward and packet.priority > Priority.HIGH:
             return False
-        publisher = self._publishers.get((packet.key, packet.priority))  # without the lock: that may be held for long
+        publisher = self._publishers.get((packet.key, packet.priority))  # without the lock, which may be held for long
         if publisher is None or self.is_closing:
             return False
         publisher.put(packet.body, attachment=packet.head)
@@ -291,17 +292,17 @@ def make_config(
         "listen/timeout_ms": 0,
         "listen/exit_on_failure": True,
         "scouting/multicast/enabled": False,
-        "scouting/gossip/enabled": False,  # else sites connect to addresses that they were not given
-        "scouting/delay": 0,  # milliseconds; a router waits so long for what scouting finds, though it is off
+        "scouting/gossip/enabled": False,  # otherwise sites connect to addresses that they were not given
+        "scouting/delay": 0,  # milliseconds that a router waits for scouting, even if that is off
         **{f"{_QUEUE}/size/{priority}": _BATCHES for priority in _QUEUED_PRIORITIES},
         f"{_QUEUE}/congestion_control/drop/max_wait_before_drop_fragments": _FRAGMENTS_TIME,
         "transport/link/rx/max_message_size": MAX_PACKET + (1 << 16),
-        "transport/shared_memory/enabled": False,  # it would pass the limits of links by
+        "transport/shared_memory/enabled": False,  # it would bypass the links' limits
     }
     for path, value in values.items():
         config.insert_json5(path, json.dumps(value))
     for protocol in ("tcp", "tls"):
-        with suppress(zenoh.ZError):  # versions before 1.3 leave it to the system
+        with suppress(zenoh.ZError):  # versions before 1.3 cannot set it
             config.insert_json5(f"transport/link/{protocol}/so_sndbuf", str(_SEND_BUFFER))
     for path, text in settings.items():
         config.insert_json5(path, text)
