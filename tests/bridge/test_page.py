@@ -75,7 +75,7 @@ def test_the_file() -> None:
         "site base: talks to the sites red, blue",
         "  listens on tls/0.0.0.0:7447",
         "  proves its name with the keys in base, and requires certificates from others",
-        "  takes a site for lost that has not responded for 2 s",
+        "  considers a site lost that has not responded for 2 s",
         "sends:",
         "  /joystick/cmd_vel to red, as /cmd_vel there, urgent priority",
         "  /plan to red, all messages in order",
@@ -103,7 +103,7 @@ def test_what_sites_may_do() -> None:
         "  blue may take *:/odom, base:/map",
         "  blue may serve /dock",
         "  blue may call base:/plan",
-        "  hub forwards what is sent and taken by green",
+        "  hub forwards packets from and to green",
     ]
 
 

@@ -93,7 +93,7 @@ def test_messages_without_frames_stay_as_they_are() -> None:
 def test_a_definition_that_comes_later() -> None:
     prefixer = Prefixer("red", (), "")
     assert "the definition of its type is not known" in prefixer.learn("nav_msgs/Odometry", "")
-    assert "no prefixes can be put into it" in prefixer.learn("nav_msgs/Odometry", "nonsense")
+    assert "prefixes cannot be added" in prefixer.learn("nav_msgs/Odometry", "nonsense")
     cls: Any = load_message("nav_msgs/Odometry")
     assert prefixer.learn("nav_msgs/Odometry", cls._full_text) == ""
     with pytest.raises(MessageError):

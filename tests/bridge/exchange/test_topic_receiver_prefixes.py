@@ -85,7 +85,7 @@ def test_a_topic_without_definition_is_refused_if_its_frames_need_a_prefix() -> 
     taking = Taking("take: [{topic: 'red:**', prefix_frames: red}]")
     taking.offer("/point", POINT, "/red/point", text="")
     (received,) = taking.site.received_topics()
-    assert received.state == "no prefixes can be put into it: the definition of its type is not known"
+    assert received.state == "prefixes cannot be added: the definition of its type is not known"
     assert taking.message("/point", POINT, encode(POINT())) == []
 
 

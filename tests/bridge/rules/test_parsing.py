@@ -110,9 +110,9 @@ def test_a_command_line_adds_to_a_file() -> None:
         ("site: red\ntake:\n- topic: /a\n  keep_frames: [map]", "f.yaml:4: keep_frames is only for rules with"),
         (
             "site: red\nsend:\n- topic: /a\n  prefix_frames: red",
-            "f.yaml:4: the site that takes the topic decides about",
+            "f.yaml:4: the site that takes the topic decides on",
         ),
-        ("site: red\ntake:\n- topic: /a\n  convert: jpeg", "f.yaml:4: the site that sends the topic decides about"),
+        ("site: red\ntake:\n- topic: /a\n  convert: jpeg", "f.yaml:4: the site that sends the topic decides on"),
         (
             "site: red\nsend:\n- topic: /a\n  convert: jpg",
             "f.yaml:4: there is no conversion 'jpg' (did you mean 'jpeg'?",
@@ -134,7 +134,7 @@ def test_a_command_line_adds_to_a_file() -> None:
             "f.yaml:4: there is no priority 'hihg' (did you mean 'high'?)",
         ),
         ("site: red\nsend:\n- topic: /a\n  delivery: fast", "f.yaml:4: delivery must be reliable"),
-        ("site: red\ntake:\n- topic: /a\n  delivery: newest", "f.yaml:4: the site that sends the topic decides about"),
+        ("site: red\ntake:\n- topic: /a\n  delivery: newest", "f.yaml:4: the site that sends the topic decides on"),
         ("site: red\nsend:\n- rate: 5", "f.yaml:3: a rule needs a topic"),
         ("site: red\nsend:\n- '!/a'", "f.yaml:3: write topics that are not allowed under deny_send"),
         ("site: red\nsend:\n- 5", "f.yaml:3: expected a topic, such as /odom, or a rule"),

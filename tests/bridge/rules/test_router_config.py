@@ -33,13 +33,13 @@ def test_a_file() -> None:
         "  red may take /cmd_vel",
         "  red may serve /set_map",
         "  red may call base:/plan, *:/ping, but not far:/ping",
-        "  lets only those keys of blue in that are named blue-2",
+        "  accepts only the keys of blue that are named blue-2",
         "  dumb may send nothing",
         "  dumb may take nothing",
         "  dumb may serve nothing",
         "  dumb may call nothing",
         "  hub may take everything, but not far:/secret",
-        "  hub forwards what is sent and taken by far, farther",
+        "  hub forwards packets from and to far, farther",
     ]
     assert [*explain_router(RouterConfig())] == ["a router for all sites"]
     assert parse_router_config("", "f") == RouterConfig()

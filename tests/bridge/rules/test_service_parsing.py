@@ -50,7 +50,7 @@ def test_a_file_and_the_command_line() -> None:
 @pytest.mark.parametrize(
     ("text", "complaint"),
     [
-        ("serve:\n- red:/a", "f.yaml:3: 'red:/a' is another site's, but only services of this site are meant"),
+        ("serve:\n- red:/a", "f.yaml:3: 'red:/a' is another site's, but only services of this site can be named here"),
         ("serve:\n- a", "f.yaml:3: 'a' is not a pattern of services: write /set_map"),
         ("serve:\n- '!/a'", "f.yaml:3: write what is not allowed under deny_serve"),
         ("serve:\n- topic: /a", "f.yaml:3: there is no setting 'topic'; use service, here, sites, timeout"),

@@ -1,1 +1,1 @@
-"""Optional conversions: of images, clouds and scans that are sent, and of names in messages that are received."""
+"""Optional conversions: of images, clouds and scans before sending, and of names in received messages."""

@@ -1,4 +1,4 @@
-"""The conversions for messages that are sent, and how a rule selects them. No I/O.
+"""The conversions for sent messages, and how a rule selects them. No I/O.
 
 =========  ==================================  ===============================================================
 convert    takes                               sends
@@ -76,7 +76,7 @@ _KINDS: Mapping[str, _Kind] = {
     ),
 }
 SETTINGS = ("convert", *(kind.setting.name for kind in _KINDS.values() if kind.setting))
-"""The settings of a rule that say what to convert, and how."""
+"""A rule's settings for conversions."""
 
 
 class MessageType(NamedTuple):
@@ -92,7 +92,7 @@ class Conversion(NamedTuple):
 
     Attributes:
         kind: a name in the first column of the table above.
-        value: the number that it needs: quality, bits per second, metres, or one of how many points; 0 for none.
+        value: the number that it needs: quality, bits per second, metres, or n to keep every n-th point; 0 for none.
     """
 
     kind: str
@@ -100,7 +100,7 @@ class Conversion(NamedTuple):
 
     @property
     def suffix(self) -> str:
-        """The suffix of the topic's name if the type changes, so that the original can be sent, too."""
+        """The suffix for the topic's name if the type changes, so that the original can be sent, too."""
         return _KINDS[self.kind].suffix
 
     @property
@@ -110,7 +110,7 @@ class Conversion(NamedTuple):
 
     @property
     def keeps_latched(self) -> bool:
-        """Whether a latched message is of use on its own: a frame of a video is not."""
+        """Whether a latched message is useful on its own: a single video frame is not."""
         return self.kind != "h264"
 
     @property
@@ -120,7 +120,7 @@ class Conversion(NamedTuple):
 
 
 def read_conversion(fields: Mapping[str, Any]) -> Conversion | None:
-    """Return the conversion that the settings of a rule ask for; None if they ask for none.
+    """Return the conversion that a rule's settings select; None if they select none.
 
     Raises:
         ConversionError: the settings are not valid.

@@ -1,4 +1,4 @@
-"""Converts the messages of a topic that is sent: bytes in, bytes out. No I/O.
+"""Converts the messages of a sent topic: bytes in, bytes out. No I/O.
 
 numpy, Pillow and PyAV are imported with the first converter, so bridges without conversions do not need them.
 """
@@ -18,12 +18,12 @@ from pyros1.ground.terminal_text import one_line
 from pyros1.msgs import load_message
 
 _PNG_LEVEL = 1
-"""Compression level of PNG: higher ones take several times as long, for a few per cent."""
+"""PNG compression level: higher ones take several times as long, and save a few per cent."""
 _Convert = Callable[[str, Any, float], Any]
 
 
 def converted_type(conversion: Conversion, type_name: str, md5sum: str) -> MessageType | None:
-    """Return the type of a topic's messages after a conversion; None if it does not take them.
+    """Return the type of a topic's messages after a conversion; None if it cannot convert them.
 
     Args:
         conversion: the conversion.
@@ -43,8 +43,7 @@ def converted_type(conversion: Conversion, type_name: str, md5sum: str) -> Messa
 
 
 def with_conversions(topics: Iterable[LocalTopic], rules: Rules) -> tuple[list[LocalTopic], dict[str, str]]:
-    """Return topics with the conversions that their rules select, and why some topics that a rule names cannot be
-    converted.
+    """Return topics with the conversions that are possible, and why some topics that a rule names cannot be converted.
 
     Args:
         topics: topics of this site's master.
@@ -67,10 +66,10 @@ def with_conversions(topics: Iterable[LocalTopic], rules: Rules) -> tuple[list[L
 
 
 def check_installed(conversion: Conversion) -> None:
-    """Do nothing if the packages that a conversion needs are installed.
+    """Check that the packages a conversion needs are installed.
 
     Raises:
-        Error: one is not; the message says how to install it.
+        Error: a package is missing; the message says how to install it.
     """
     if conversion.kind in ("jpeg", "png"):
         from pyros1.observe.image_files import import_pillow  # noqa: PLC0415 - imports numpy
@@ -81,11 +80,11 @@ def check_installed(conversion: Conversion) -> None:
 
 
 class Converter:
-    """Converts the messages of one topic. Not for several threads at a time.
+    """Converts the messages of one topic. Not thread-safe.
 
     Args:
         conversion: the conversion.
-        type_name: the type of the topic's messages, one that the conversion takes.
+        type_name: the type of the topic's messages, which the conversion must support.
 
     Raises:
         Error: a package is not installed.
@@ -123,7 +122,7 @@ class Converter:
         Args:
             publisher: the name of its publisher.
             body: the encoded message.
-            now: when it came, in seconds.
+            now: when it arrived, in seconds.
 
         Raises:
             MessageError: it cannot be converted.

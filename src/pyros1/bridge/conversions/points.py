@@ -1,6 +1,7 @@
 """Thins out point clouds and laser scans. No I/O.
 
-What remains is copied unchanged, with all fields; nothing is averaged, so intensities, rings and times stay true.
+The remaining points are copied unchanged, with all fields; nothing is averaged, so intensities, rings and times stay
+valid.
 """
 
 from __future__ import annotations
@@ -13,14 +14,14 @@ from numpy.typing import NDArray
 from pyros1.ground.errors import MessageError
 
 _COORDINATES = {7: "f4", 8: "f8"}
-"""numpy's names of PointField.FLOAT32 and FLOAT64."""
+"""numpy's names for PointField.FLOAT32 and FLOAT64."""
 _MAX_INDEX = 1 << 20
-"""Cubes are numbered up to this in each direction, from the origin; points further away are left out."""
+"""Maximum cube number in each direction from the origin; points further away are left out."""
 
 
 def thin_cloud(cloud: Any, every: int) -> Any:
-    """Return a sensor_msgs/PointCloud2 with every n-th point of each row: the rows of organized clouds, such as the
-    rings of a scanner, remain.
+    """Return a sensor_msgs/PointCloud2 with every n-th point of each row; an organized cloud keeps its rows, such as a
+    scanner's rings.
 
     Args:
         cloud: the cloud.
@@ -36,18 +37,18 @@ def thin_cloud(cloud: Any, every: int) -> Any:
 def voxel_cloud(cloud: Any, edge: float) -> Any:
     """Return a sensor_msgs/PointCloud2 with the first point in each cube of a grid; height is 1.
 
-    Points without a place (NaN, infinite) are left out, as are those more than a million cubes from the origin.
+    Points that are not finite are left out, as are points more than a million cubes from the origin.
 
     Args:
         cloud: the cloud, with fields x, y and z.
         edge: the edge of a cube in metres.
 
     Raises:
-        MessageError: the cloud has no such fields, or fewer bytes than its size says.
+        MessageError: the cloud lacks these fields, or has fewer bytes than its size says.
     """
     rows = _points(cloud)
     points = rows.reshape(-1, rows.shape[2])
-    with np.errstate(all="ignore"):  # of what is not finite
+    with np.errstate(all="ignore"):  # from values that are not finite
         cubes = [np.floor(_coordinate(cloud, points, name).astype(np.float64) / edge) for name in "xyz"]
     has_place = np.logical_and.reduce([np.abs(cube) < _MAX_INDEX for cube in cubes])
     numbers = np.zeros(np.count_nonzero(has_place), np.int64)

@@ -1,4 +1,4 @@
-"""Prefixes in messages that are taken: of coordinate frames, if a rule asks for it, and of nodes in log messages.
+"""Adds prefixes in received messages: to coordinate frames, if a rule says so, and to nodes in log messages.
 
 Two robots may both have a frame ``base_link`` and a node ``/driver``. At a third site the frames become
 ``red/base_link`` and ``blue/base_link``, so that both fit into one tf tree, and the nodes ``/red/driver`` and
@@ -14,8 +14,7 @@ from pyros1.ground.errors import Error, MessageError
 from pyros1.msgs import from_definition
 
 _FRAME_FIELDS = ("frame_id", "child_frame_id")
-"""Fields with names of frames: of std_msgs/Header and geometry_msgs/TransformStamped, and of other types that follow
-them."""
+"""Fields with frame names: in std_msgs/Header and geometry_msgs/TransformStamped, and in other types by convention."""
 _LOG = "rosgraph_msgs/Log"
 
 
@@ -24,7 +23,7 @@ def frame_prefixer(prefix: str, kept: Collection[str]) -> Change:
 
     Args:
         prefix: the prefix, without a slash at its end.
-        kept: frames that keep their names, such as a map that all share.
+        kept: frames that keep their names, such as a shared map.
     """
     begin = prefix.encode() + b"/"
     exceptions = frozenset(name.encode() for name in kept)
@@ -37,13 +36,13 @@ def frame_prefixer(prefix: str, kept: Collection[str]) -> Change:
 
 
 def node_prefixer(prefix: str) -> Change:
-    """Return a function that puts a namespace such as ``/red`` before the full name of a node."""
+    """Return a function that puts a namespace such as ``/red`` before a node's full name."""
     begin = prefix.encode()
     return lambda node: begin + node if node.startswith(b"/") else begin + b"/" + node
 
 
 class Prefixer:
-    """Adds the prefixes to the messages of a topic, once its definition is known.
+    """Adds prefixes to a topic's messages, once its definition is known.
 
     Args:
         frames: the prefix of frames; empty for none.
@@ -61,7 +60,7 @@ class Prefixer:
         self._problem = ""
 
     def learn(self, type_name: str, definition: str) -> str:
-        """Record the definition of the topic's type, and return why its messages cannot get prefixes, or "".
+        """Record the definition of the topic's type; return why its messages cannot get prefixes, or "" if they can.
 
         Args:
             type_name: the type.
@@ -72,7 +71,7 @@ class Prefixer:
             try:
                 self._changer, self._problem = self._make_changer(type_name, definition), ""
             except Error as error:
-                self._changer, self._problem = None, f"no prefixes can be put into it: {error}"
+                self._changer, self._problem = None, f"prefixes cannot be added: {error}"
         return self._problem
 
     def _make_changer(self, type_name: str, definition: str) -> StringChanger | None:
@@ -87,7 +86,7 @@ class Prefixer:
         return changer if changer.is_useful else None
 
     def change(self, body: bytes) -> bytes:
-        """Return a message with the prefixes.
+        """Return a message with the prefixes added.
 
         Raises:
             MessageError: it is not a message of its type.

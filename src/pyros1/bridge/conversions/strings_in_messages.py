@@ -1,7 +1,7 @@
-"""Changes some strings of encoded messages, such as frame ids, and copies all other bytes. No I/O.
+"""Changes some strings in encoded messages, such as frame ids, and copies all other bytes. No I/O.
 
 The bytes to skip are computed once per type. A message then takes a few steps, whatever its size: everything after the
-last string that may change is copied as it is.
+last string that may change is copied as is.
 """
 
 from __future__ import annotations
@@ -16,16 +16,16 @@ from pyros1.msgs.generator import fields_of, split_type
 from pyros1.msgs.spec import STRUCT_CODES
 
 MAX_STEPS = 100_000
-"""Maximum number of steps for a message, such as strings to look at: it may come from another site, and others wait
-meanwhile. A transform takes four.
+"""Maximum number of steps for a message, such as strings to read: it may come from another site, and other messages
+wait meanwhile. A transform takes four.
 """
 _MAX_FIELDS = 5_000
-"""Maximum number of fields of a type, with those of messages in messages: its definition may be hostile, too."""
+"""Maximum number of fields of a type, including nested messages: its definition may be malicious, too."""
 Change = Callable[[bytes], bytes]
 """Returns the replacement of a string."""
 _LENGTH = struct.Struct("<I")
 _VARIABLE = -1
-"""Number of elements of an array whose length is in the message."""
+"""Length of an array whose length is in the message."""
 
 
 class _Skip(NamedTuple):
@@ -35,7 +35,7 @@ class _Skip(NamedTuple):
 
 
 class _Array(NamedTuple):
-    """An array of variable length, of elements of a given number of bytes."""
+    """An array of variable length, whose elements have a fixed number of bytes."""
 
     element_size: int
 
@@ -47,7 +47,7 @@ class _String(NamedTuple):
 
 
 class _Loop(NamedTuple):
-    """A fixed or variable number of elements, each of which needs some steps."""
+    """A fixed or variable number of elements, each with its own steps."""
 
     length: int
     steps: list[Any]
@@ -58,10 +58,10 @@ class StringChanger:
 
     Args:
         cls: the message class.
-        changes: name of a field -> what its strings become, wherever in the message a field of this name is.
+        changes: field name -> the function for its strings, wherever in the message a field with this name is.
 
     Attributes:
-        is_useful: whether there are such fields.
+        is_useful: whether the type has such fields.
 
     Raises:
         MessageError: the type has too many fields.
@@ -156,7 +156,7 @@ class _Compiler:
         return steps
 
     def _field_steps(self, cls: type[Message], base: str, length: int | None, change: Change | None) -> list[Any]:
-        """Return the steps for a field; `length` is None for a single value, -1 for a variable number."""
+        """Return the steps for a field; `length` is None for a single value, -1 for an array of variable length."""
         if base == "string":
             inner: list[Any] = [_String(change)]
         elif base in STRUCT_CODES:

@@ -1,4 +1,4 @@
-"""Encodes images as H.264 video, a message for each picture. Needs PyAV.
+"""Encodes images as H.264 video, one message per picture. Needs PyAV.
 
 The messages are of Foxglove's type foxglove_msgs/CompressedVideo: Annex B, without B-frames, so that each can be
 decoded on arrival. Each picture is encoded as its difference from the one before, except for key frames, which are sent
@@ -53,7 +53,7 @@ class Video:
     """Encodes the images of a topic.
 
     Args:
-        bitrate: bits per second, about.
+        bitrate: approximate bits per second.
 
     Raises:
         Error: PyAV is not installed, or it has no encoder for H.264.
@@ -73,7 +73,7 @@ class Video:
             encoder.needs_key_frame = True
 
     def convert(self, publisher: str, image: Any, now: float) -> Any:
-        """Return a picture of the video of a publisher.
+        """Return the next picture of a publisher's video.
 
         Args:
             publisher: its name.
@@ -113,7 +113,7 @@ class _Encoder:
         context.framerate = Fraction(30)
         context.bit_rate = bitrate
         context.thread_count = 1
-        # zerolatency: each picture comes out at once. At most one second's bits for a picture and those before it.
+        # zerolatency: each picture comes out at once. The rate limit allows bursts of one second's bits.
         context.options = {
             "preset": "veryfast",
             "tune": "zerolatency",
@@ -139,7 +139,7 @@ def _format(picture: Pixels) -> str:
 
 
 def _to_even_size(picture: Pixels) -> Pixels:
-    """Return a picture of even size, as the encoder needs it: an odd one gets its last row or column twice."""
+    """Return a picture of even size, as the encoder requires: the last row or column is repeated if necessary."""
     height, width = picture.shape[:2]
     if not height % 2 and not width % 2:
         return picture

@@ -23,7 +23,7 @@ def explain(config: SiteConfig) -> Iterator[str]:
     yield from explain_connections(config.connect, config.listen, config.keys)
     yield from explain_access(rules.access)
     if rules.loss_delay != LOSS_DELAY:
-        yield f"  takes a site for lost that has not responded for {rules.loss_delay:g} s"
+        yield f"  considers a site lost that has not responded for {rules.loss_delay:g} s"
     yield from _explain_sent(rules)
     yield from _explain_taken(rules)
     yield from _explain_services(rules)
@@ -43,7 +43,7 @@ def explain_access(access: Iterable[SiteAccess]) -> Iterator[str]:
     """Yield lines that describe the permissions of other sites, unless they may do everything."""
     for each in access:
         if each.keys != each.site:
-            yield f"  lets only those keys of {each.site} in that are named {each.keys}"
+            yield f"  accepts only the keys of {each.site} that are named {each.keys}"
         for verb, allowed, denied in (
             ("send", each.send, each.deny_send),
             ("take", each.take, each.deny_take),
@@ -54,7 +54,7 @@ def explain_access(access: Iterable[SiteAccess]) -> Iterator[str]:
                 what = "everything" if allowed is None else _join_patterns(allowed) or "nothing"
                 yield f"  {each.site} may {verb} {what}" + f", but not {_join_patterns(denied)}" * bool(denied)
         if each.forwards:
-            yield f"  {each.site} forwards what is sent and taken by {', '.join(each.forwards)}"
+            yield f"  {each.site} forwards packets from and to {', '.join(each.forwards)}"
 
 
 def _join_patterns(patterns: Iterable[Pattern]) -> str:
@@ -131,7 +131,7 @@ def _prefix_text(rules: Rules, site: str) -> str:
 
 
 def _details(rule: Rule) -> str:
-    """Return a rule's settings of rates, sizes and order, as the end of a sentence."""
+    """Return a rule's settings, such as rate, size and order, as the end of a sentence."""
     words = []
     if rule.convert is not None:
         words.append(rule.convert.words + (f" under NAME{rule.convert.suffix}" if rule.convert.suffix else ""))

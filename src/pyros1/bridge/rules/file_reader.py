@@ -13,25 +13,25 @@ from pyros1.ground.suggest import did_you_mean
 from pyros1.values.reading import YamlError, load_yaml
 
 Path = tuple[str | int, ...]
-"""Where a value is in a file: the keys and numbers of items that lead to it."""
+"""A value's position in a file: the keys and item numbers that lead to it."""
 _T = TypeVar("_T")
 _UNQUOTED = re.compile(r"[-\[,:]\s*[*!]\w*[:/]")
-"""A name such as ``*:/odom`` or ``!/odom``, which YAML takes for an alias or a tag."""
+"""A name such as ``*:/odom`` or ``!/odom``, which YAML reads as an alias or a tag."""
 
 
 class RulesError(Error, ValueError):
-    """Rules are not valid. The message contains file and line."""
+    """Rules are invalid. The message contains file and line."""
 
 
 class FileReader:
-    """Reads the values of a file. Each value has a path, by which errors find its line.
+    """Reads the values of a file. Each value has a path, from which errors find its line.
 
     Args:
         text: the file's contents.
         where: its name, for errors.
 
     Attributes:
-        places: file and line of the endpoints and keys that have been read so far.
+        places: the file and line of each endpoint and key name that has been read so far.
 
     Raises:
         RulesError: quotation marks are missing, or a key is repeated.
@@ -54,7 +54,7 @@ class FileReader:
             self._fail(path, f"{path[-1]!r:.40} was already set in line {line}: put both together")
 
     def _items(self, fields: Mapping[str, Any], key: str, path: Path = ()) -> list[tuple[Any, Path]]:
-        """Return the items of a list with their paths; a single value stands for a list of one."""
+        """Return the items of a list with their paths; a single value counts as a list of one."""
         value = fields.get(key)
         if value is None:
             return []
@@ -95,7 +95,7 @@ class FileReader:
         raise RulesError(f"{self._place(path)}: {problem}")
 
     def _place(self, path: Path) -> str:
-        """Return file and line of a value, or of what it would be in."""
+        """Return the file and line of a value, or of its nearest existing parent."""
         while path not in self._lines and path:
             path = path[:-1]
         line = self._lines.get(path)
@@ -103,8 +103,8 @@ class FileReader:
 
 
 def _line_numbers(text: str) -> tuple[dict[Path, int], tuple[Path, int] | None]:
-    """Return the line of each value and key of a YAML text that `load_yaml` has accepted, by path, and the first key
-    that is there twice, with the line of its first value: of these, YAML would silently drop the first.
+    """Return the line of each value and key, by path, of a YAML text that `load_yaml` has accepted, and the first
+    repeated key with the line of its first occurrence, which YAML would silently drop.
     """
     import yaml  # noqa: PLC0415 - slow to import
 

@@ -1,7 +1,7 @@
-"""Checks whether a site without a rule of its own would publish into this master's own namespaces. No I/O.
+"""Checks whether a site without its own rule would publish into this master's namespaces. No I/O.
 
-Below ``/red``, the topics of the site red appear. With a rule for all sites (``*:**``), a site chooses its name, and so
-where it publishes here: one that calls itself ``arm`` could command the arm whose driver listens to ``/arm/goal``.
+The topics of site red appear below ``/red``. With a rule for all sites (``*:**``), a site chooses its name, and so
+where it publishes here: one named ``arm`` could command the arm whose driver subscribes to ``/arm/goal``.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ class LocalNamespaces:
         self._below: dict[str, list[str]] = {}  # namespace -> topics
 
     def update(self, topics: Collection[str]) -> bool:
-        """Record which topics the nodes of this master, except bridges, publish; return whether that is new."""
+        """Record which topics the nodes of this master, except bridges, publish; return whether they have changed."""
         new = frozenset(topics)
         if new == self._topics:
             return False
@@ -37,7 +37,7 @@ class LocalNamespaces:
         return True
 
     def problem(self, site: str, rule: Rule) -> str:
-        """Return why a topic of another site is refused, although a rule takes it; empty if it is not.
+        """Return why another site's topic is refused although a rule accepts it; empty if it is not refused.
 
         Args:
             site: the other site.
@@ -45,7 +45,7 @@ class LocalNamespaces:
         """
         rules = self._rules
         if site in rules.sites or {site, "*"} & rules.prefixes.keys() or rule.here or rule.pattern.site != "*":
-            return ""  # the rules name the site, or where its topics appear
+            return ""  # the rules name the site, or say where its topics appear
         for topic in self._below.get(rules.prefix(site), ()):
             if all(outgoing.shared.site != site for outgoing in rules.outgoing(topic, [site])):
                 return f"nodes here publish {topic}: if site {site} may publish there too, name it with --sites"

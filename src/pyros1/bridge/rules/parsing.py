@@ -26,7 +26,7 @@ _SIZE = re.compile(r"(\d{1,12}(?:\.\d{1,6})?)\s*([A-Za-z]{0,3})\Z")
 _COMMON_KEYS = ("topic", "here", "sites", "rate", "size", "age")
 _TAKE_KEYS = (*_COMMON_KEYS, "prefix_frames", "keep_frames")
 _SEND_KEYS = (*_COMMON_KEYS, "priority", "delivery", *SETTINGS)
-"""The settings of rules. The sender decides about priority, delivery and conversions."""
+"""The settings of rules. The sender decides on priority, delivery and conversions."""
 _FRAME = re.compile(r"[A-Za-z0-9_.-]+(/[A-Za-z0-9_.-]+)*\Z", re.ASCII)
 
 
@@ -93,7 +93,7 @@ def rules_from_arguments(site: str, send: Iterable[str], take: Iterable[str]) ->
 
 
 def add_arguments(config: SiteConfig, send: Iterable[str], take: Iterable[str]) -> SiteConfig:
-    """Return a site's configuration with rules of a command line in addition. These come first, so they win.
+    """Return a site's configuration with additional rules from a command line, which come first and so take precedence.
 
     Raises:
         RulesError: a word is not valid.
@@ -174,7 +174,7 @@ class SiteFileReader(SitesReader, ServiceReader):
         for key in value:
             if key in others and key not in keys:
                 self._fail(
-                    (*path, key), f"the site that {verb}s the topic decides about {key}: write it there, in {verb}"
+                    (*path, key), f"the site that {verb}s the topic decides on {key}: set it there, under {verb}"
                 )
         fields = self._mapping(value, path, keys)
         if "topic" not in fields:
@@ -201,7 +201,7 @@ class SiteFileReader(SitesReader, ServiceReader):
             self._fail((*path, error.setting), str(error))
 
     def _frames(self, fields: Mapping[str, Any], path: Path) -> tuple[str, tuple[str, ...]]:
-        """Return the prefix of frames, and those that keep their names."""
+        """Return the prefix for frames, and the frames that keep their names."""
         prefix = self._frame(fields.get("prefix_frames", ""), (*path, "prefix_frames"))
         kept = tuple(self._frame(item, where) for item, where in self._items(fields, "keep_frames", path))
         if kept and not prefix:

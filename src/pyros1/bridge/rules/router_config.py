@@ -1,4 +1,4 @@
-"""The configuration of a router alone, which has neither a master nor topics of its own."""
+"""The configuration of a standalone router, which has neither a master nor topics of its own."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """The rules of a site: what it sends and receives, with names, rates, sizes, priorities and maximum ages.
 
-Nothing is sent or received without a rule that allows it. A rule that denies wins over all that allow; among those that
-allow, the first that matches decides about the settings. What a rule leaves open follows from the message type.
+Nothing is sent or received without a rule that allows it. A denying rule overrides all allowing ones; among these, the
+first match sets the settings. Settings that a rule leaves open depend on the message type.
 """
 
 from __future__ import annotations
@@ -16,13 +16,13 @@ from pyros1.bridge.names import Pattern, SharedName, is_topic_name
 from pyros1.bridge.rules.site_access import SiteAccess, may_send, may_take
 
 DEFAULT_MAX_SIZE = 16 << 20
-"""Maximum size of a message in bytes, if the rule does not set another one."""
+"""Maximum size of a message in bytes, unless the rule sets another one."""
 NEWEST_AGE = 2.0
-"""Maximum age of a message in seconds where only the newest one counts, if neither rule nor type set another one."""
+"""Maximum age of a message in seconds where only the newest one counts, unless the rule or type sets another one."""
 RELIABLE_AGE = 30.0
 """Maximum age of a message in seconds where every message counts."""
 LOSS_DELAY = 5.0
-"""Seconds without a response after which another site, or a node that publishes what it wants, is lost."""
+"""Seconds without a response after which another site, or a local node whose topics it wants, is lost."""
 
 
 class Priority(IntEnum):
@@ -42,9 +42,8 @@ class Settings(NamedTuple):
         local: the topic's name on this site's master.
         rate: maximum messages per second of each publisher; None for no limit.
         max_size: maximum size of a message in bytes.
-        priority: which messages overtake others.
-        reliable: whether all messages are delivered in order, as long as they are not too old; otherwise a message that
-            waits is replaced by a newer one.
+        priority: which messages overtake others. reliable: whether all messages are delivered in order, as long as they
+            are not too old; otherwise a newer message replaces a waiting one.
         age: maximum age of a message in seconds when it is delivered.
         latched_age: the same for latched messages, which describe a state that is still valid; None for no limit.
         prefix_frames, keep_frames: see `Rule`.
@@ -82,12 +81,12 @@ _BY_TYPE: Mapping[str, _TypeDefaults] = {
     "sensor_msgs/Joy": _COMMAND,
     "sensor_msgs/Image": _LARGE,
     "sensor_msgs/CompressedImage": _LARGE,
-    # A video frame depends on those before it.
+    # A video frame depends on earlier ones.
     "foxglove_msgs/CompressedVideo": _TypeDefaults(Priority.LOW, reliable=True, age=NEWEST_AGE),
     "sensor_msgs/PointCloud": _LARGE,
     "sensor_msgs/PointCloud2": _LARGE,
     "actionlib_msgs/GoalID": _EVENT,
-    # Each message has only some of the frames, so one does not replace another.
+    # Each message has only some of the frames, so it does not replace earlier ones.
     "tf2_msgs/TFMessage": _TypeDefaults(reliable=True, age=NEWEST_AGE),
     "tf/tfMessage": _TypeDefaults(reliable=True, age=NEWEST_AGE),
     "rosgraph_msgs/Log": _TypeDefaults(Priority.LOW, reliable=True),
@@ -96,15 +95,15 @@ _EVENT_SUFFIXES = ("ActionGoal", "ActionResult")
 
 
 def is_command(type_name: str) -> bool:
-    """Return whether messages of a type command a robot. They are never latched for other sites: ``rostopic pub``
-    latches its message, and a command from before an outage must not be carried out after it.
+    """Return whether messages of a type are commands to a robot. They are never latched for other sites: ``rostopic
+    pub`` latches its message, and a command from before an outage must not be carried out afterwards.
     """
     return _BY_TYPE.get(type_name) is _COMMAND
 
 
 @dataclass(frozen=True)
 class Rule:
-    """A rule that allows topics to be sent or received. None in an attribute: the message type decides.
+    """A rule that allows topics to be sent or received. If an attribute is None, the message type decides.
 
     Attributes:
         pattern: the topics.
@@ -112,11 +111,12 @@ class Rule:
             in ``/**``; empty for the usual names.
         sites: the sites to which topics are sent, or from which they are taken; empty for all.
         rate, max_size, priority, reliable, age: see `Settings`.
-        timeout: for services: maximum number of seconds that a call may take.
-        convert: how messages are converted before they are sent. The rule is only for types that this is possible for.
-        prefix_frames: a name such as ``red``, which is put before the names of coordinate frames in messages that are
-            taken (``red/base_link``); empty for none.
-        keep_frames: the frames that keep their names nevertheless.
+        timeout: for services: maximum seconds that a call may take.
+        convert: how messages are converted before they are sent. The rule applies only to types that can be converted
+            so.
+        prefix_frames: a prefix such as ``red`` for the coordinate frames in received messages (``red/base_link``);
+            empty for none.
+        keep_frames: the frames that keep their names.
     """
 
     pattern: Pattern
@@ -133,7 +133,7 @@ class Rule:
     keep_frames: tuple[str, ...] = ()
 
     def applies_to(self, site: str) -> bool:
-        """Return whether the rule is also for this other site."""
+        """Return whether the rule applies to another site."""
         return not self.sites or site in self.sites
 
     def settings(self, local: str, type_name: str) -> Settings:
@@ -160,7 +160,7 @@ class Rule:
 
 
 class RuleMatch(NamedTuple):
-    """A topic that may be sent: its name among sites, and its rule."""
+    """A topic that may be sent: its name between sites, and its rule."""
 
     shared: SharedName
     rule: Rule
@@ -168,12 +168,13 @@ class RuleMatch(NamedTuple):
 
 @dataclass(frozen=True)
 class ServiceRules:
-    """The rules of a site about services and parameters.
+    """A site's rules about services and parameters.
 
     Attributes:
-        serve, call: which services of this site others may call, and which ones of others are provided here.
-        deny_serve, deny_call: which ones not.
-        params, deny_params: which parameters others may read; also all that is below them.
+        serve, call: which of this site's services others may call, and which of other sites' services are provided
+            here.
+        deny_serve, deny_call: exceptions from these.
+        params, deny_params: which parameters others may read, including everything below them, and exceptions.
     """
 
     serve: tuple[Rule, ...] = ()
@@ -190,15 +191,15 @@ class Rules:
 
     Attributes:
         site: the site's name.
-        send, take: what is allowed, in order.
-        deny_send, deny_take: what is not.
-        prefixes: where the topics of other sites appear on this site's master, by site, and ``*`` for all others; by
-            default below ``/SITE``. An empty text is the root.
+        send, take: the topics that are allowed, in order.
+        deny_send, deny_take: the topics that are denied.
+        prefixes: the namespace for each other site's topics on this site's master, by site, and ``*`` for all others;
+            by default ``/SITE``. An empty string is the root.
         sites: the sites to talk to; empty for all.
-        access: what the others may do where this site listens.
+        access: what other sites may do if this site listens.
         services: the rules about services and parameters, see `pyros1.bridge.rules.services`.
-        loss_delay: seconds without a response after which another site is lost, or a node here whose topics another
-            site wants.
+        loss_delay: seconds without a response after which another site, or a local node whose topics another site
+            wants, is lost.
     """
 
     site: str
@@ -217,13 +218,13 @@ class Rules:
         return site != self.site and (not self.sites or site in self.sites)
 
     def prefix(self, site: str) -> str:
-        """Return the name below which the topics of another site appear here; empty for the root."""
+        """Return the namespace in which another site's topics appear here; empty for the root."""
         if site == self.site:
             return ""
         return self.prefixes.get(site, self.prefixes.get("*", f"/{site}"))
 
     def default_name(self, shared: SharedName) -> str:
-        """Return the name of a topic on this site's master, if its rule does not set another one."""
+        """Return a topic's name on this site's master, unless its rule sets another one."""
         return self.prefix(shared.site) + shared.name
 
     def outgoing(
@@ -233,8 +234,8 @@ class Rules:
 
         Args:
             local: the topic's name on this site's master.
-            others: the other sites that are known.
-            possible: the conversions that are possible with its type; None if that is not known.
+            others: the known other sites.
+            possible: the possible conversions of its type; None if unknown.
         """
         found: dict[SharedName, Rule] = {}
         known = [*others]
@@ -251,7 +252,7 @@ class Rules:
         return [RuleMatch(shared, rule) for shared, rule in found.items()]
 
     def names(self, rule: Rule, local: str) -> bool:
-        """Return whether a rule of what is sent names a topic of this site's master, without wildcards."""
+        """Return whether a send rule names a topic of this site's master, without wildcards."""
         return rule.pattern.is_literal and any(self._shared_names(rule, local, [*self.sites]))
 
     def _shared_names(self, rule: Rule, local: str, others: list[str]) -> Iterator[SharedName]:
@@ -263,7 +264,7 @@ class Rules:
                 yield SharedName(owner, name)
 
     def receivers(self, outgoing: RuleMatch, others: Iterable[str]) -> list[str]:
-        """Return the sites to which a topic may be sent: what belongs to another site goes only there."""
+        """Return the sites to which a topic may be sent: another site's topic is sent only to that site."""
         own = outgoing.shared.site == self.site
         return [
             site
@@ -275,10 +276,10 @@ class Rules:
         ]
 
     def incoming(self, shared: SharedName, sender: str) -> Rule | str:
-        """Return the rule by which a topic is taken from a site, or the reason why it is not.
+        """Return the rule that accepts a topic from a site, or the reason why it is refused.
 
         Args:
-            shared: the topic's name among sites.
+            shared: the topic's name between sites.
             sender: the site that offers it.
         """
         if shared.site not in (sender, self.site):
@@ -293,7 +294,7 @@ class Rules:
         return "no rule takes it"
 
     def local_name(self, rule: Rule, shared: SharedName) -> str:
-        """Return the local name of a topic that a rule takes."""
+        """Return the local name of a topic that a rule accepts."""
         if not rule.here:
             return self.default_name(shared)
         subtree = rule.pattern.subtree

@@ -1,4 +1,4 @@
-"""Rules about services and parameters from text: the words of a command line, and the settings of a site's file."""
+"""Parses rules about services and parameters, from command-line arguments and a site's file."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from pyros1.bridge.rules.file_reader import FileReader, Path
 from pyros1.bridge.rules.rules import Rule, Rules, ServiceRules
 
 SERVICE_SETTINGS = ("serve", "call", "deny_serve", "deny_call", "params", "deny_params")
-"""The settings of a site's file that are read here."""
+"""The settings in a site's file that this module reads."""
 _RULE_KEYS = ("service", "here", "sites", "timeout")
 
 
 def service_pattern(text: str) -> Pattern:
-    """Return the pattern of services that a text stands for.
+    """Parse a pattern of services.
 
     Raises:
         SiteNameError: it is not one.
@@ -31,19 +31,21 @@ def service_pattern(text: str) -> Pattern:
 
 
 def own_pattern(text: str, what: str = "services") -> Pattern:
-    """Return a pattern of services, or of parameters, of this site.
+    """Parse a pattern of this site's services or parameters.
 
     Raises:
         SiteNameError: it is not one.
     """
     pattern = service_pattern(text)
     if pattern.site:
-        raise SiteNameError(f"{text!r:.80} is another site's, but only {what} of this site are meant: write /name")
+        raise SiteNameError(
+            f"{text!r:.80} is another site's, but only {what} of this site can be named here: write /name"
+        )
     return pattern
 
 
 def other_pattern(text: str) -> Pattern:
-    """Return a pattern of services of other sites.
+    """Parse a pattern of other sites' services.
 
     Raises:
         SiteNameError: it is not one.
@@ -55,7 +57,7 @@ def other_pattern(text: str) -> Pattern:
 
 
 def parse_parameter(text: str) -> Pattern:
-    """Return the pattern of parameters of this site that a text stands for.
+    """Parse a pattern of this site's parameters.
 
     Raises:
         SiteNameError: it is not one.
@@ -69,7 +71,7 @@ def parse_parameter(text: str) -> Pattern:
 
 
 def add_service_words(rules: Rules, serve: Iterable[str], call: Iterable[str], params: Iterable[str]) -> Rules:
-    """Return rules with those of a command line in addition. These come first, so they win.
+    """Return rules with additional ones from a command line, which come first and so take precedence.
 
     Args:
         rules: the rules.
@@ -99,8 +101,8 @@ def _parse(words: Iterable[str], parse: Callable[[str], Pattern]) -> tuple[tuple
 
 
 class ServiceReader(FileReader):
-    """Reads the settings of services and parameters in a site's file; a base class of the reader of all settings, which
-    has these functions.
+    """Reads the settings of services and parameters in a site's file; a base class for the reader of all settings,
+    which defines the functions declared here.
     """
 
     _sites: Callable[[Mapping[str, Any], Path], tuple[str, ...]]

@@ -1,7 +1,7 @@
-"""The rules of a site about services and parameters. No I/O.
+"""A site's rules about services and parameters. No I/O.
 
-As for topics, nothing is allowed that no rule allows, and a rule that denies wins. A site serves only services of its
-own, under the names that they have here or that `here` gives them; it calls only those of other sites.
+As with topics, nothing is allowed unless a rule allows it, and denying rules take precedence. A site serves only its
+own services, whose local names `here` may set; it calls only other sites' services.
 """
 
 from __future__ import annotations
@@ -13,11 +13,11 @@ from pyros1.bridge.rules.rules import Rule, RuleMatch, Rules, remote_name
 from pyros1.bridge.rules.site_access import may_serve
 
 PARAMETERS = "/pyros1_bridge/parameters"
-"""The name under which sites ask for each other's parameters, also in what `sites` of a file allows; no service of that
-name can be served.
+"""The name under which sites request each other's parameters, also in the permissions under `sites`; no service with
+that name can be served.
 """
 DEFAULT_TIMEOUT = 60.0
-"""Maximum number of seconds that a call may take, if no rule sets another one."""
+"""Maximum seconds that a call may take, unless a rule sets another limit."""
 
 
 def match_served(rules: Rules, local: str) -> RuleMatch | None:
@@ -38,11 +38,11 @@ def match_served(rules: Rules, local: str) -> RuleMatch | None:
 
 
 def called(rules: Rules, service: SharedName, peer: str) -> Rule | str:
-    """Return the rule by which a service of another site is provided here, or the reason why it is not.
+    """Return the rule by which another site's service is provided here, or the reason why it is not.
 
     Args:
         rules: the site's rules.
-        service: the service's name among sites.
+        service: the service's name between sites.
         peer: the site that serves it.
     """
     if service.site != peer:
@@ -62,7 +62,7 @@ def may_read(rules: Rules, parameter: str) -> bool:
 
     Args:
         rules: the site's rules.
-        parameter: its full name, not that of a namespace.
+        parameter: its full name, not a namespace's.
     """
 
     def includes(patterns: Iterable[Pattern]) -> bool:

@@ -1,4 +1,4 @@
-"""The permissions that a listening site or a router gives to other sites. No I/O."""
+"""The permissions that a listening site or router gives to other sites. No I/O."""
 
 from __future__ import annotations
 
@@ -13,16 +13,17 @@ class SiteAccess:
     """The permissions of the holder of certain keys.
 
     Attributes:
-        keys: the name in their certificate: the site's name, or a later one such as ``red-2``.
-        send, take: the topics that the site may send, and take from others; None for all. In these patterns, names
-            without a site are those of this site.
-        serve, call: the services of this site that others may call through it, and those of others that it may call;
-            None for all. Requests for a site's parameters are calls of `pyros1.bridge.rules.services.PARAMETERS`.
-        deny_send, deny_take, deny_serve, deny_call: what it may not, although the patterns above allow it.
-        forwards: other sites whose packets come through this one, since they connect to it and not here.
+        keys: the name in their certificate: the site's name, or for later keys one such as ``red-2``.
+        send, take: the topics that the site may send, and take from others; None for all. Names without a site in these
+            patterns belong to the site itself.
+        serve, call: the site's services that others may call, and the other sites' services that it may call; None for
+            all. Requests for a site's parameters are calls to `pyros1.bridge.rules.services.PARAMETERS`.
+        deny_send, deny_take, deny_serve, deny_call: exceptions from what the patterns above allow.
+        forwards: other sites whose packets come through the site, since they connect to it and not here.
 
     Raises:
-        ValueError: only some of `send`, `take`, `serve` and `call` are None; a limit applies to all of them.
+        ValueError: some but not all of `send`, `take`, `serve` and `call` are None: a site is limited in all of them or
+        none.
     """
 
     keys: str
@@ -73,7 +74,7 @@ class SiteAccess:
 
 
 def named_sites(access: Iterable[SiteAccess]) -> tuple[str, ...]:
-    """Return all sites that are named, those included whose packets others forward; each once, in order."""
+    """Return all named sites, including those whose packets others forward; each once, in order."""
     return tuple(dict.fromkeys(site for each in access for site in (each.site, *each.forwards)))
 
 
@@ -102,10 +103,10 @@ def may_call(access: Collection[SiteAccess], site: str, service: SharedName) -> 
 
 
 def add_names(access: tuple[SiteAccess, ...], names: Iterable[str]) -> tuple[SiteAccess, ...]:
-    """Return access rules that also let further names do everything; the rules of known names are unchanged.
+    """Return the permissions extended so that further key names may do everything; known names are unchanged.
 
     Raises:
-        SiteNameError: keys cannot have a name.
+        SiteNameError: a name cannot be a key name.
     """
     known = {each.keys for each in access}
     more = [SiteAccess(name) for name in dict.fromkeys(names) if site_of_key_name(name) and name not in known]

@@ -1,4 +1,4 @@
-"""Reads the setting `sites` of a file: the other sites, and their permissions."""
+"""Reads the setting `sites` from a file: the other sites and their permissions."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ _KEYS = (*_VERBS, *(f"deny_{verb}" for verb in _VERBS), "forwards")
 
 
 class SitesReader(FileReader):
-    """Reads `sites` of a file."""
+    """Reads `sites` from a file."""
 
     def _access(self, file: Mapping[str, Any]) -> tuple[SiteAccess, ...]:
-        """Return the permissions of each site. Sites in a list may do everything, and so may those in a mapping without
-        settings; a site with `send`, `take`, `serve` or `call` may do nothing else.
+        """Return the permissions of each site. Sites in a list, and sites in a mapping without settings, may do
+        everything; a site with `send`, `take`, `serve` or `call` may do nothing else.
         """
         value, path = file.get("sites"), ("sites",)
         if value is None:
@@ -61,7 +61,7 @@ class SitesReader(FileReader):
 
 
 def _access_pattern(text: str, verb: str, site: str) -> Pattern:
-    """Return the pattern of what a site may do, or may not.
+    """Parse a pattern of what a site may or may not do.
 
     Args:
         text: the pattern.
@@ -73,7 +73,7 @@ def _access_pattern(text: str, verb: str, site: str) -> Pattern:
     if verb in ("send", "take"):
         if "@" in text:
             raise RulesError(
-                f"{text!r:.80} has a rate, which only the rules of the sites that send and take it can have"
+                f"{text!r:.80} has a rate, which only the rules of the sites that send and take the topic can have"
             )
         return Pattern(text)
     pattern = service_pattern(text)

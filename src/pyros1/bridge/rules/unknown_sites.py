@@ -1,4 +1,4 @@
-"""Warns about sites in rules that are not in `sites`, since a misspelt name would go unnoticed."""
+"""Warns about sites that rules name but `sites` does not, since a misspelt name would go unnoticed."""
 
 from __future__ import annotations
 

@@ -43,7 +43,7 @@ def test_check_explains(run: Run) -> None:
         "--check",
     ]
     code, out, err = run(*words)
-    assert "  takes a site for lost that has not responded for 1.5 s\n" in run(*words, "--loss", "1.5")[1]
+    assert "  considers a site lost that has not responded for 1.5 s\n" in run(*words, "--loss", "1.5")[1]
     assert (code, err) == (0, "") and out.splitlines() == [
         "site red: talks to all sites",
         "  connects to tcp/localhost:7447",
