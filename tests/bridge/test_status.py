@@ -84,7 +84,7 @@ STATUS = {
 def test_lines() -> None:
     assert [*status_lines(json.loads(json.dumps(STATUS)))] == [
         "site base",
-        "  red: present, round trip 12.3 ms, but two bridges call themselves so",
+        "  red: present, round trip 12.3 ms, but two bridges use this name",
         "  blue\\x1b[2J: heard",
         "sends:",
         "  /map   to blue red     1 message, 4.0 MB",

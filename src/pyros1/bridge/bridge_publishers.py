@@ -1,7 +1,7 @@
 """The topics that a bridge publishes on its site's master, with the types and definitions of their original publishers.
 
-A node has one publication per topic, but keeps the last latched message of each of its publishers: so there is one
-publisher for each original publisher whose message is latched, and one more that keeps the topic advertised.
+A node publishes each topic once, but keeps the last latched message of each of its publisher objects. So there is one
+for each original publisher with a latched message, and one more that keeps the topic advertised.
 """
 
 from __future__ import annotations
@@ -18,15 +18,15 @@ from pyros1.node.publishing.publisher import Publisher
 from pyros1.wire.handshake import TopicType
 
 BRIDGE_FIELD = "pyros1_bridge"
-"""Field of the connection headers of bridges' publishers, with the site's name."""
+"""Field in the connection headers of bridges' publishers, with the site's name."""
 ORIGIN_FIELD = "origin"
-"""Another field, with the original publishers when the connection was made, such as ``red:/driver``. The field
-``callerid`` has the name of the bridge's node: this master knows only that one, and it sends the messages of all
-original publishers over one connection.
+"""Another field, with the original publishers at the time of the connection, such as ``red:/driver``. The field
+``callerid`` has the name of the bridge's node: only that node is registered with this master, and it sends all original
+publishers' messages over one connection.
 """
 _QUEUE_SIZE = 100
 LATCHED_BYTES = 256 << 20
-"""Maximum total size in bytes of the latched messages of another site; at least one is kept."""
+"""Maximum total size in bytes of another site's latched messages; at least one is kept."""
 
 
 class _Topic:
@@ -35,7 +35,7 @@ class _Topic:
         self.publisher = publisher
         self.latched: dict[Source, Publisher[AnyMsg]] = {}
         self.origins = action.origins
-        self.keeps_messages = action.latched  # once latched, a topic of a node stays latched
+        self.keeps_messages = action.latched  # once latched, a node's topic stays latched
 
 
 class BridgePublishers:
@@ -46,7 +46,7 @@ class BridgePublishers:
         site: the site's name.
 
     Attributes:
-        forgotten: number of latched messages that were discarded because those of their site exceeded the limit.
+        forgotten: number of latched messages discarded because their site exceeded the limit.
     """
 
     def __init__(self, node: Node, site: str) -> None:
@@ -54,7 +54,7 @@ class BridgePublishers:
         self._node = node
         self._headers: Mapping[str, str] = {BRIDGE_FIELD: site}
         self._topics: dict[str, _Topic] = {}
-        # site -> topic and source -> size of the latched message; the one that came last at the end
+        # site -> topic and source -> size of the latched message, the newest last
         self._sizes: dict[str, dict[tuple[str, Source], int]] = {}
         self._totals: dict[str, int] = {}
         self._lock = (
@@ -62,7 +62,7 @@ class BridgePublishers:
         )  # topics are advertised and withdrawn in another thread than messages are published
 
     def advertise(self, action: Advertise) -> None:
-        """Publish a topic, or latch one that is published already, which keeps its subscribers. This waits for the
+        """Publish a topic, or change whether a published one is latched, keeping its subscribers. This waits for the
         master.
 
         Raises:
@@ -150,7 +150,7 @@ class BridgePublishers:
             del self._sizes[source[0]], self._totals[source[0]]
 
     def _forget_oldest(self, site: str) -> None:
-        """Forget latched messages of a site if they are too large together. Called with the lock held."""
+        """Forget a site's oldest latched messages if their total size exceeds the limit. Called with the lock held."""
         while len(self._sizes[site]) > 1 and self._totals[site] > LATCHED_BYTES:
             local, source = next(iter(self._sizes[site]))
             self.forgotten += 1

@@ -9,8 +9,8 @@ from functools import partial
 
 
 def choose_clock() -> Callable[[], float]:
-    """Return the function of a monotonic clock that also advances while the machine is suspended, so that whatever
-    waited meanwhile looks old.
+    """Return a monotonic clock function that also advances while the machine is suspended, so that messages that waited
+    meanwhile count as old.
     """
     if sys.platform == "linux":
         return partial(time.clock_gettime, time.CLOCK_BOOTTIME)

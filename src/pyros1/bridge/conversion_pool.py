@@ -1,8 +1,7 @@
-"""Converts messages on their way from a node to the site's state machine, in its own threads.
+"""Converts messages from nodes for the site's state machine, in its own threads.
 
-Converting an image takes too long for a node's thread, or for the lock of the state machine. So messages wait for a
-free thread, but only the newest of each publisher: those that are not converted in time are dropped. Only messages that
-would be sent are converted.
+Converting an image takes too long for a node's thread, or with the state machine's lock held. So messages wait for a
+free thread, but only each publisher's newest; older ones are dropped. Only messages that would be sent are converted.
 """
 
 from __future__ import annotations
@@ -19,20 +18,20 @@ from pyros1.ground.errors import Error
 
 _THREADS = 2
 _MAX_PUBLISHERS = 100
-"""Maximum number of publishers of a topic whose messages wait."""
+"""Maximum number of publishers of a topic whose messages may wait."""
 _JOIN_TIME = 3.0
 Source = tuple[str, Conversion]
 """A topic of this site's master, and how its messages are converted."""
 
 
 class PendingMessage(NamedTuple):
-    """A message that is to be converted.
+    """A message to convert.
 
     Attributes:
         received: the message.
         type: the name of its type.
         is_bridged: whether a bridge has published it.
-        at: when it came, in seconds of the site's clock.
+        at: when it arrived, in seconds of the site's clock.
     """
 
     received: ReceivedMessage
@@ -42,10 +41,10 @@ class PendingMessage(NamedTuple):
 
 
 class ConversionSink(Protocol):
-    """Receives the results; called in any thread, without the locks of the converting threads."""
+    """Receives the results; called in any thread, without the pool's lock."""
 
     def would_send(self, source: Source, pending: PendingMessage) -> bool:
-        """Return whether a message would be sent if it were converted; otherwise it counts as dropped."""
+        """Return whether a message would be sent after conversion; otherwise it counts as dropped."""
         ...
 
     def send(self, source: Source, pending: PendingMessage) -> None:
@@ -63,7 +62,7 @@ class _Work:
     def __init__(self) -> None:
         self.pending: dict[str, PendingMessage] = {}  # publisher -> its newest message
         self.converter: Converter | None = None
-        self.type = ""  # what the converter takes
+        self.type = ""  # the type that the converter accepts
         self.is_queued = False
         self.must_restart = False
 

@@ -1,8 +1,8 @@
-"""Queues actions for the thread that talks to the master, which may be slow, and the messages that depend on them.
+"""Queues actions for the thread that talks to the master, which may be slow, and messages that depend on them.
 
-For each topic, only the net change is kept: whether to end what exists, and what to start. Nothing is kept for a topic
-that was never started and is no longer wanted, so another site cannot fill this queue by changing its requests or by
-inventing names. Messages for a topic that is about to be published wait until it is.
+For each topic, only the net change is kept: whether to stop what exists, and what to start. Nothing is kept for a topic
+that was never started and is no longer wanted, so another site cannot fill this queue by changing its requests or
+making up names. Messages for a topic that is about to be published wait until it is.
 """
 
 from __future__ import annotations
@@ -17,21 +17,21 @@ from pyros1.bridge.conversions.conversion import Conversion
 from pyros1.bridge.exchange.actions import Advertise, Forget, Publish, SetOrigins, Source, Subscribe, Withdraw
 
 Change = Subscribe | Advertise | SetOrigins | Withdraw
-"""A change to be made at the master."""
+"""A change to register with the master."""
 MAX_MESSAGES = 5_000
 """Maximum number of messages held for topics that are not published yet."""
 MAX_BYTES = 64 << 20
 """Maximum total size in bytes of these messages; at least one may wait."""
 RETURN_DELAY = 0.5
-"""Seconds after which a topic that was withdrawn is published again. Until they have noticed that their connections
-were closed, subscribers of stock's rospy take a new publisher with the same address for the old one.
+"""Minimum seconds until a withdrawn topic is published again. Until stock rospy's subscribers have noticed that their
+connections were closed, they mistake a new publisher with the same address for the old one.
 """
 _MAX_WITHDRAWN = 10_000
-_Key = tuple[bool, str, Conversion | None]  # whether it is about a subscription, the topic, and how it is converted
+_Key = tuple[bool, str, Conversion | None]  # whether it is a subscription, the topic, and its conversion
 
 
 class _PendingActions:
-    """The pending actions of a topic: an end, then a start, then a change; each may be missing."""
+    """A topic's pending actions: an end, then a start, then a change; any may be missing."""
 
     def __init__(self) -> None:
         self.end: Change | None = None
@@ -49,7 +49,7 @@ class DeferredActions:
         clock: returns seconds.
 
     Attributes:
-        dropped: how many messages were dropped because too many waited, or because their topic was withdrawn.
+        dropped: how many messages were dropped because too many were waiting, or their topic was withdrawn.
     """
 
     def __init__(self, clock: Callable[[], float] = monotonic) -> None:
@@ -60,9 +60,9 @@ class DeferredActions:
         self._pending: dict[_Key, _PendingActions] = {}
         self._failed: dict[_Key, _PendingActions] = {}
         self._busy: _Key | None = None
-        self._popped = _PendingActions()  # what was popped last
-        self._begun: set[_Key] = set()  # what is registered at the master, or may be
-        self._held: dict[str, dict[Source, list[tuple[int, Publish]]]] = {}  # by topic, with their order
+        self._popped = _PendingActions()  # the actions popped last
+        self._begun: set[_Key] = set()  # topics that are or may be registered with the master
+        self._held: dict[str, dict[Source, list[tuple[int, Publish]]]] = {}  # by topic, with sequence numbers
         self._held_number = self._held_count = self._held_bytes = 0
         self._is_woken = False
 
@@ -85,8 +85,8 @@ class DeferredActions:
             self._changed.notify()
 
     def hold(self, action: Publish | Forget) -> bool:
-        """Return whether a topic is about to be published, changed or withdrawn; if so, a message is held until that is
-        done. A `Forget` discards the held messages of its source, and is never held itself.
+        """Return whether a topic is about to be published, changed or withdrawn; if so, hold a message until then. A
+        `Forget` discards its source's held messages, and is never held itself.
         """
         key, local = (False, action.local, None), action.local
         with self._changed:
@@ -118,8 +118,8 @@ class DeferredActions:
         return messages
 
     def pop(self, timeout: float = 0.0) -> list[Change]:
-        """Wait for actions, and return those that are due for one topic, in order. The caller must then call `finish`
-        or `fail`; if a bug prevents both, the actions count as failed.
+        """Wait for actions, and return those due for one topic, in order. The caller must then call `finish` or `fail`;
+        if a bug prevents both, the actions count as failed.
 
         Args:
             timeout: maximum seconds to wait; after that, the list may be empty.
@@ -138,7 +138,7 @@ class DeferredActions:
             self._begun.add(key)
             pending = self._pending[key]
             if isinstance(pending.end, Withdraw) and pending.begin is not None:
-                self._popped = _PendingActions()  # what begins follows later
+                self._popped = _PendingActions()  # the start follows later
                 self._popped.end, pending.end = pending.end, None
             else:
                 self._popped = self._pending.pop(key)
@@ -153,7 +153,7 @@ class DeferredActions:
         return None
 
     def finish_if_nothing_waits(self) -> bool:
-        """Mark the popped actions as done, unless messages wait for them; return whether they were marked."""
+        """Mark the popped actions as done, unless messages are waiting for them; return whether they were marked."""
         with self._changed:
             if self._busy is not None and self._busy[1] in self._held:
                 return False
@@ -178,9 +178,7 @@ class DeferredActions:
         return self._take_waiting(key[1])
 
     def fail(self, actions: list[Change]) -> None:
-        """Record that some of the popped actions failed: `retry` tries them again, unless they have been superseded by
-        then.
-        """
+        """Record that some of the popped actions failed: `retry` queues them again, unless superseded before."""
         with self._changed:
             self._fail(actions)
 

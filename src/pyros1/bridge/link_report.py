@@ -1,4 +1,4 @@
-"""What a bridge logs about its connections: that there are none, and connections without any permissions. No I/O."""
+"""Decides what a bridge logs about its connections: that there are none, or that one has no permissions. No I/O."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from pyros1.bridge.transport.connections import Connections
 from pyros1.bridge.transport.link import Link
 
 PATIENCE = 5.0
-"""Seconds without a connection after which that is logged: bridges rarely start at the same moment."""
+"""Seconds without a connection before this is logged: bridges rarely start at the same moment."""
 
 
 class LinkReport:
@@ -17,8 +17,8 @@ class LinkReport:
 
     Args:
         link: the link.
-        allowed: the names in certificates of those that may do something; empty for all.
-        whom: what it connects to.
+        allowed: the certificate names that have any permissions; empty for all.
+        whom: what the link connects to, for the log.
     """
 
     def __init__(self, link: Link, allowed: Collection[str], whom: str = "other sites") -> None:

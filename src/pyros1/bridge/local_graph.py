@@ -1,4 +1,4 @@
-"""Which topics of a site's master a bridge could send, and with which types: asks the master and the publishers."""
+"""Finds the topics of a site's master that a bridge could send, and their types: asks the master and the publishers."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from pyros1.ground.errors import MessageError
 from pyros1.ground.terminal_text import one_line
 
 STAND_IN_SERVICE = "bridged_node"
-"""Name of the service, below its node's name, of nodes that stand in for those of other sites."""
+"""Name, below the node's name, of the service that marks a node as a stand-in for another site's node."""
 _QUERY_TIME = 1.0
 """Seconds to wait for the answers of publishers."""
 _MAX_QUERIES = 32
@@ -35,7 +35,7 @@ class _Answer(NamedTuple):
 
 
 def find_bridges(state: SystemState) -> frozenset[str]:
-    """Return the names of the nodes that are bridges, or that stand in for nodes of other sites."""
+    """Return the names of the nodes that are bridges, or stand-ins for other sites' nodes."""
     return frozenset((*find_providers(state, STATUS_SERVICE), *find_providers(state, STAND_IN_SERVICE)))
 
 
@@ -49,10 +49,10 @@ class LocalGraph:
 
     Attributes:
         bridges: the nodes that are bridges.
-        publishers: the other nodes that publish what can be sent, from the master.
-        lost: those of them that no longer respond, set by the caller; their topics are left out.
+        publishers: the other nodes that publish topics that rules allow to send, according to the master.
+        lost: publishers that no longer respond, set by the caller; their topics are left out.
         problems: topic -> why it cannot be sent.
-        is_behind: whether more publishers were to be asked than can be at a time.
+        is_behind: whether some publishers have yet to be asked, since there were too many at once.
         state: the state of the master when it was last asked.
     """
 
@@ -75,8 +75,8 @@ class LocalGraph:
         self._outdated: set[_Asked] = set()
 
     def check_type(self, node: str, topic: str, md5sum: str) -> None:
-        """Ask a publisher again if its messages are of another type than it reported: a node of its name has started
-        since then. Called in any thread.
+        """Ask a publisher again if its messages have another type than it reported: another node with its name has
+        started since. Called in any thread.
         """
         answer = self._answers.get((node, topic))
         if answer is not None and answer.type is not None and answer.type.md5sum != md5sum:
@@ -117,8 +117,8 @@ class LocalGraph:
             if (answer := self._answers.get(asked)) is None
             or (answer.type is None and now - answer.asked_at >= RETRY_PERIOD)
         ]
-        due.sort(key=self._asked_at)  # those that never answer must not keep others waiting
-        # All that fit into the time, since each call of this function costs a large answer of the master.
+        due.sort(key=self._asked_at)  # publishers that never answer must not keep others waiting
+        # Ask as many as time allows, since each call of this function costs a large response from the master.
         while due:
             queries = {asked: partial(self._ask_publisher, *asked) for asked in due[:_MAX_QUERIES]}
             del due[:_MAX_QUERIES]

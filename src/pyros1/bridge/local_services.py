@@ -1,4 +1,4 @@
-"""Which services of a site's master its bridge can serve, and with which types: asks their providers."""
+"""Finds the services of a site's master that its bridge can serve, and their types: asks their providers."""
 
 from __future__ import annotations
 
@@ -74,7 +74,7 @@ class LocalServices:
         now = monotonic()
         self._answers = {asked: answer for asked, answer in self._answers.items() if asked in current}
         due = [asked for asked in sorted(current) if asked[0] in outdated or self._is_due(asked, now)]
-        due.sort(key=self._asked_at)  # those that never answer must not keep others waiting
+        due.sort(key=self._asked_at)  # providers that never answer must not keep others waiting
         queries = {asked: partial(self._ask, *asked) for asked in islice(due, _MAX_QUERIES)}
         for asked, reply in run_concurrently(queries, _QUERY_TIME).items():
             if isinstance(reply, LocalService):
@@ -95,11 +95,11 @@ class LocalServices:
     def _ask(self, service: str, node: str) -> LocalService:
         uri = self._graph.service_uri(service)
         if uri is None:
-            raise ServiceUnavailableError(f"{node} provides it no longer")
+            raise ServiceUnavailableError(f"{node} no longer provides it")
         header = self._probe(service, uri, self._graph.master.caller_id, _QUERY_TIME)
         try:
             type_name, md5sum = read_type(header.get("type")), read_md5(header.get("md5sum"))
-            # rospy does not say these two.
+            # rospy does not report these two.
             request = read_type(header.get("request_type", f"{type_name}Request"))
             response = read_type(header.get("response_type", f"{type_name}Response"))
         except PacketError:

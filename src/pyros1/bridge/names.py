@@ -1,7 +1,7 @@
-"""Names among sites, and the patterns that match them.
+"""Names between sites, and the patterns that match them.
 
-A *shared name* such as ``red:/odom`` says whose topic it is: the site, and the topic's name on that site's master.
-Without a site, a name in a site's rules is one of its own: ``/odom`` in the rules of red is ``red:/odom``.
+A *shared name* such as ``red:/odom`` consists of the site that owns the topic, and the topic's name on that site's
+master. A name without a site in a site's rules is its own: ``/odom`` in red's rules is ``red:/odom``.
 """
 
 from __future__ import annotations
@@ -20,14 +20,14 @@ _CHUNK = re.compile(r"[A-Za-z0-9_*]+\Z", re.ASCII)
 
 
 class SiteNameError(Error, ValueError):
-    """A name of a site, a shared name or a pattern is not valid."""
+    """A site's name, a shared name or a pattern is invalid."""
 
 
 class SharedName(NamedTuple):
-    """A topic's name among sites.
+    """A topic's name between sites.
 
     Attributes:
-        site: the site whose topic it is.
+        site: the site that owns the topic.
         name: the topic's full name on that site's master.
     """
 
@@ -44,10 +44,10 @@ def is_site_name(name: str) -> bool:
 
 
 def check_site_name(name: str) -> str:
-    """Return the name of a site.
+    """Return a valid site name unchanged.
 
     Raises:
-        SiteNameError: it is not a letter followed by at most 39 letters, digits and underscores, as in a namespace.
+        SiteNameError: it is not a letter followed by at most 39 letters, digits and underscores.
     """
     if not _SITE.match(name):
         raise SiteNameError(
@@ -57,8 +57,8 @@ def check_site_name(name: str) -> str:
 
 
 def site_of_key_name(name: str) -> str:
-    """Return the site to which keys of a name belong. ``red`` and ``red-2`` are keys of the site ``red``: with a new
-    name, the old keys can be shut out.
+    """Return the site to which keys with a name belong. ``red`` and ``red-2`` are keys of site ``red``: newer keys have
+    a new name so that the old ones can be shut out.
 
     Raises:
         SiteNameError: keys cannot have this name.
@@ -73,12 +73,12 @@ def site_of_key_name(name: str) -> str:
 
 
 def is_topic_name(name: str) -> bool:
-    """Return whether a topic of this name can be shared: it is full, legal, and not too long."""
+    """Return whether a topic with this name can be shared: the name is a full one, legal, and not too long."""
     return len(name) <= MAX_NAME_LENGTH and len(name) > 1 and name[0] == "/" and name[-1] != "/" and is_legal_name(name)
 
 
 def parse_shared_name(text: str) -> SharedName:
-    """Return the shared name that a text such as ``red:/odom`` stands for.
+    """Parse a shared name such as ``red:/odom``.
 
     Raises:
         SiteNameError: the text is not a shared name.
@@ -92,15 +92,15 @@ def parse_shared_name(text: str) -> SharedName:
 class Pattern:
     """A pattern of shared names: ``/odom``, ``/camera/**``, ``red:/cmd_vel``, ``red:**`` or ``*:/odom``.
 
-    In names of topics, ``*`` stands for any text without a slash, and ``/**`` at the end, or ``**`` between slashes,
-    for any number of parts.
+    In topic names, ``*`` stands for any text without a slash, and ``/**`` at the end, or ``**`` between slashes, for
+    any number of parts.
 
     Args:
         text: the pattern.
 
     Attributes:
         site: the site; empty for the site that the pattern belongs to, ``*`` for all other sites.
-        path: the pattern of names of topics, which begins with a slash.
+        path: the pattern for topic names, which begins with a slash.
 
     Raises:
         SiteNameError: the text is not a pattern.
@@ -126,7 +126,7 @@ class Pattern:
 
     @property
     def is_literal(self) -> bool:
-        """Whether the pattern matches only one name of a topic."""
+        """Whether the pattern matches only one topic name."""
         return "*" not in self.path
 
     @property
@@ -136,8 +136,8 @@ class Pattern:
         return base if base != self.path and "*" not in base else None
 
     def matches_name(self, name: str) -> bool:
-        """Return whether the pattern matches the name of a topic, whatever the site."""
-        # On a mismatch, it is enough to let the last ** match one more part, so the time is never exponential.
+        """Return whether the pattern matches a topic's name, ignoring the site."""
+        # On a mismatch, only the last ** needs to match one more part, so the time is never exponential.
         parts, chunks = self._parts, name.split("/")[1:]
         part = chunk = received = 0
         last = -1
@@ -160,7 +160,7 @@ class Pattern:
 
         Args:
             shared: the name.
-            own_site: the site whose rules have the pattern.
+            own_site: the site whose rules contain the pattern.
         """
         is_site = shared.site != own_site if self.site == "*" else shared.site == (self.site or own_site)
         return is_site and self.matches_name(shared.name)
@@ -182,7 +182,7 @@ def _matches_chunk(pattern: str, text: str) -> bool:
     if len(text) < len(first) + len(last) or not (text.startswith(first) and text.endswith(last)):
         return False
     position, end = len(first), len(text) - len(last)
-    for piece in others:  # the leftmost match leaves most to the others
+    for piece in others:  # the leftmost match leaves most for the others
         position = text.find(piece, position, end)
         if position < 0:
             return False

@@ -1,5 +1,5 @@
-"""Handles packets from the link: in the link's own thread while nothing waits, since a thread switch costs as much as
-the rest; otherwise in a worker thread, which also calls the state machine's timer.
+"""Handles packets from the link: in the link's own thread while nothing waits, since a thread switch would double the
+cost; otherwise in a worker thread, which also calls the state machine's timer.
 """
 
 from __future__ import annotations
@@ -13,8 +13,8 @@ from pyros1.bridge.transport.inbox import Inbox, Received
 TICK = 0.1
 """Seconds between ticks of the state machine."""
 _DIRECT_TIME = 0.05
-"""Seconds between two ticks in which the link's threads handle packets. In a flood, sites must take turns, but
-packets wait in the link in the order in which they came.
+"""Maximum seconds between two ticks for which the link's threads handle packets. In a flood, sites must take turns, but
+packets waiting in the link keep their order of arrival.
 """
 _JOIN_TIME = 3.0
 
@@ -27,7 +27,7 @@ class PacketWorker:
         clock: returns the site's time in seconds.
         on_packet: handles a packet.
         on_tick: called each tenth of a second with the time.
-        on_error: called with exceptions that these raise, which are bugs in pyros1.
+        on_error: called with exceptions that these functions raise, which are bugs in pyros1.
 
     Attributes:
         inbox: the waiting packets.
@@ -49,14 +49,14 @@ class PacketWorker:
         self._on_error = on_error
         self._lock = threading.Lock()
         self._changed = threading.Condition(self._lock)
-        self._is_busy = False  # whether a thread handles a packet
-        self._direct_time = 0.0  # for how long the link's threads have done so since the last tick
+        self._is_busy = False  # whether a thread is handling a packet
+        self._direct_time = 0.0  # how long the link's threads have handled packets since the last tick
         self._is_started = False
         self._is_closing = False
         self._thread = threading.Thread(target=self._run, name="bridge: packets", daemon=True)
 
     def start(self) -> None:
-        """Handle packets from now on; those that have come already wait."""
+        """Start handling packets; those that have already arrived are waiting."""
         with self._lock:
             self._is_started = True
         self._thread.start()
@@ -83,11 +83,11 @@ class PacketWorker:
                     self._changed.notify_all()
 
     def _may_handle(self, packet: Received) -> bool:
-        """Return whether the link's thread may handle a packet at once; then it has the state machine's lock."""
+        """Return whether the link's thread may handle a packet at once; if so, it has the state machine's lock."""
         return (
             not self._is_busy
             and self.inbox.is_empty  # otherwise the inbox decides which packet is next
-            and self.inbox.is_cheap(packet)  # what other sites send waits in the link meanwhile
+            and self.inbox.is_cheap(packet)  # other sites' packets wait in the link meanwhile
             and self._direct_time < _DIRECT_TIME
             and self._is_started
             and not self._is_closing
@@ -117,7 +117,7 @@ class PacketWorker:
                     self._direct_time = 0.0
                 try:
                     with self._state_lock:
-                        self._on_tick(self._clock())  # perhaps later: packets may have come first
+                        self._on_tick(self._clock())  # the time may be later: packets may have come first
                 except Exception as error:  # noqa: BLE001 - see above
                     self._on_error(error)
 
@@ -131,9 +131,7 @@ class PacketWorker:
             return packet
 
     def close(self) -> None:
-        """Handle no further packets, and end the thread. This waits a short time for the packet that a thread
-        handles just now.
-        """
+        """Stop handling packets, and end the thread. This waits a short time for a packet that is being handled."""
         deadline = self._clock() + _JOIN_TIME
         with self._lock:
             self._is_closing = True

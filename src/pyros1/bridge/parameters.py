@@ -1,7 +1,7 @@
-"""Parameters of this site's master that other sites may read: the requests and responses of the service.
+"""Lets other sites read parameters of this site's master: the service's requests and responses.
 
-A request is JSON; a response is a value in XML-RPC's encoding, as masters send it, which keeps its exact type.
-Responses of ROS 2 are JSON, since its parameters can be integers and strings that XML-RPC does not have.
+A request is JSON; a response is a value encoded in XML-RPC, as masters send it, which keeps its exact type. Responses
+from ROS 2 are JSON, since its parameters can be integers and strings that XML-RPC cannot encode.
 """
 
 from __future__ import annotations
@@ -18,14 +18,14 @@ from pyros1.net.master_client import MasterClient
 from pyros1.wire.xmlrpc import dumps_response, loads_response
 
 PARAMETER_SERVICE = "bridge_parameters"
-"""Name of the service, below a bridge's name, by which programs here read parameters of other sites."""
+"""Name, below a bridge's name, of the service by which local programs read other sites' parameters."""
 ROS2_SITE = "ros2"
-"""The name for ROS 2 in place of a site's name, at a bridge to it."""
+"""The name for ROS 2 in place of a site's name, for a bridge to ROS 2."""
 _MAX_REQUEST = 2_000
 
 
 class ParameterError(Error, ValueError):
-    """A request or a response is not valid."""
+    """A request or response is invalid."""
 
 
 class ParameterRequest(NamedTuple):
@@ -46,7 +46,7 @@ def encode_parameter_request(request: ParameterRequest) -> bytes:
 
 
 def decode_parameter_request(body: bytes) -> ParameterRequest:
-    """Return the request. `check_name` checks whether ROS 1 allows its name, since ROS 2 allows more.
+    """Decode a request. Its name may be one that only ROS 2 allows; `check_name` checks for ROS 1.
 
     Raises:
         ParameterError: it is not valid.
@@ -98,7 +98,7 @@ def decode_parameter_response(body: bytes) -> Any:
 
 
 def respond(rules: Rules, master: MasterClient, body: bytes) -> bytes:
-    """Return the response to a request of another site. This waits for the master.
+    """Return the response to another site's request. This waits for the master.
 
     Args:
         rules: this site's rules.
@@ -106,8 +106,8 @@ def respond(rules: Rules, master: MasterClient, body: bytes) -> bytes:
         body: the request.
 
     Raises:
-        ServiceRefusal: reading it is not allowed, or there is no such parameter.
-        Error: the master does not respond.
+        ServiceRefusal: the request is invalid, reading is not allowed, or there is no such parameter. Error: the master
+        does not respond.
     """
     try:
         request = decode_parameter_request(body)

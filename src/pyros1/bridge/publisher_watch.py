@@ -1,4 +1,4 @@
-"""Watches the local nodes that publish what other sites request: a killed node stays registered with the master."""
+"""Watches the local nodes whose topics other sites request, since a killed node stays registered with the master."""
 
 from __future__ import annotations
 
@@ -11,19 +11,20 @@ from pyros1.node.watching.liveness import Sighting
 from pyros1.node.watching.watch import Watch
 
 MAX_WATCHED = 200
-"""Maximum number of nodes, each of which is asked several times per delay; others count as long as they are
-registered."""
+"""Maximum number of watched nodes, each asked several times per loss delay; others count as alive as long as they are
+registered.
+"""
 _PERIODS = 5
 _MAX_PERIOD = 0.5
 
 
 class PublisherWatch:
-    """Watches of nodes.
+    """Watches nodes.
 
     Args:
         node: the bridge's node.
         loss_delay: seconds without a response after which a node is lost; one that exits is lost at once.
-        on_change: called when a node is found or lost, in a thread of its own.
+        on_change: called when a node is found or lost, in a separate thread.
     """
 
     def __init__(self, node: Node, loss_delay: float, on_change: Callable[[], object]) -> None:
@@ -32,7 +33,7 @@ class PublisherWatch:
         self._limit = loss_delay - self._period
         self._on_change = on_change
         self._watches: dict[str, Watch] = {}
-        self._names: set[str] = set()  # of the watched nodes; a node may be found before `watch` returns
+        self._names: set[str] = set()  # watched nodes; a node may be found before `watch` returns
         self._lock = threading.Lock()
         self._responding: frozenset[str] = frozenset()
         self._lost: frozenset[str] = frozenset()
@@ -51,9 +52,9 @@ class PublisherWatch:
         """Watch nodes.
 
         Args:
-            wanted: the nodes that publish what other sites want.
-            registered: the nodes that the master knows. Those that are watched already are watched as long as they are
-                among these, since otherwise one that was lost would count as found.
+            wanted: the nodes that publish topics other sites want.
+            registered: the nodes that the master knows. Watched nodes stay watched as long as they are among these,
+                since otherwise a lost one would count as found.
         """
         for name in [name for name in self._watches if name not in registered]:
             self._watches.pop(name).close()  # a callback may be running

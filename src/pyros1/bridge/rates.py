@@ -1,4 +1,4 @@
-"""How many messages and bytes per second each topic has, from counts that only grow. No I/O."""
+"""Computes each topic's messages and bytes per second from increasing counts. No I/O."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from typing import NamedTuple
 PERIOD = 1.0
 """Seconds between samples."""
 _SAMPLES = 4
-"""Number of samples; rates are means over the time from the oldest one to the newest."""
+"""Number of samples; rates are averages from the oldest one to the newest."""
 
 
 class Count(NamedTuple):
-    """Messages, and their bytes, since the beginning."""
+    """Total messages and bytes."""
 
     messages: int
     bytes: int
@@ -27,7 +27,7 @@ class Rate(NamedTuple):
 
 
 class Rates:
-    """The rates of some topics, each with any key."""
+    """The rates of topics, which may have any keys."""
 
     def __init__(self) -> None:
         self._samples: deque[tuple[float, Mapping[Hashable, Count]]] = deque(maxlen=_SAMPLES)
@@ -41,12 +41,12 @@ class Rates:
         self._samples.append((now, counts))
 
     def rate(self, key: Hashable) -> Rate | None:
-        """Return the rate of a topic; None as long as there is only one sample."""
+        """Return the rate of a topic; None until there are two samples."""
         if len(self._samples) < 2:
             return None
         (since, first), (until, last) = self._samples[0], self._samples[-1]
         before, now = (sample.get(key, Count(0, 0)) for sample in (first, last))
-        if now.messages < before.messages:  # it has begun again
+        if now.messages < before.messages:  # counting has restarted
             before = Count(0, 0)
         duration = until - since
         return Rate((now.messages - before.messages) / duration, (now.bytes - before.bytes) / duration)

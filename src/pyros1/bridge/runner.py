@@ -1,14 +1,14 @@
-"""A running bridge: a node of the site's master, a link to other sites, and the site's state machine between them.
+"""A running bridge: a node on the site's master, a link to other sites, and the site's state machine between them.
 
-Several threads use the state machine. A lock guards it, and is held until the actions that follow have been done or
-queued, so that they are done in their order; none of them waits. These are the threads:
+Several threads use the state machine. A lock guards it, and is held until the resulting actions, none of which blocks,
+have been carried out or queued in order. These are the threads:
 
-- the node's threads hand messages to the state machine, and its packets to the sender;
-- the link's threads, and the packet worker's where something waits, handle packets and publish what they bring;
-  the latter also ticks (`pyros1.bridge.packet_worker`);
-- the master thread asks the master, and subscribes and advertises, all of which may wait for the master;
+- the node's threads pass messages to the state machine, and its packets to the sender;
+- the link's threads, or the packet worker's thread if packets are waiting, handle packets and publish their messages;
+  the packet worker also ticks (`pyros1.bridge.packet_worker`);
+- the master thread queries the master, subscribes and advertises, all of which may wait for the master;
 - the sender has two threads, which may wait for the network (`pyros1.bridge.transport.sender`);
-- if messages are converted, two threads do that (`pyros1.bridge.conversion_pool`).
+- two threads convert messages, if rules say so (`pyros1.bridge.conversion_pool`).
 
 So neither a slow master nor a slow network stops the node's loop, its callbacks, or the link's own threads.
 """
@@ -81,7 +81,7 @@ _QUEUE_SIZE = 1000
 _JOIN_TIME = 3.0
 _LOG_RATE = 0.5
 _LOG_BURST = 50
-"""Messages about other sites that may be logged per second, and in one burst, even if they repeat earlier ones."""
+"""Log messages about other sites per second, and in one burst, that are logged even if they repeat earlier ones."""
 MakeLink = Callable[[Receive], Link]
 
 
@@ -91,8 +91,8 @@ class Bridge:
     Args:
         node: the bridge's node; it must run callbacks inline.
         rules: the site's rules.
-        make_link: returns the link, given the function that takes its packets.
-        allowed: the names in certificates of those that may connect and do something; empty for all.
+        make_link: returns the link, given the function that receives its packets.
+        allowed: the certificate names that have any permissions; empty for all.
 
     Raises:
         LinkError: the link cannot start.
@@ -102,7 +102,7 @@ class Bridge:
     def __init__(self, node: Node, rules: Rules, make_link: MakeLink, allowed: Collection[str] = ()) -> None:
         self._node = node
         self._rules = rules
-        self._lock = threading.RLock()  # since the sender may ask for probes in the thread that gives it a packet
+        self._lock = threading.RLock()  # the sender may request probes in the thread that gives it a packet
         self._site = Site(rules, int.from_bytes(os.urandom(8), "little") | 1, steady_now())
         self._bridge_publishers = BridgePublishers(node, rules.site)
         self._graph = LocalGraph(Graph(node.master), self._may_be_sent)
@@ -163,7 +163,7 @@ class Bridge:
 
     def _act(self, actions: Iterable[Action]) -> None:
         """Carry out the state machine's actions, or queue them for the master thread if they may block. Called with the
-        lock.
+        lock held.
         """
         for action in actions:
             match action:
@@ -210,12 +210,12 @@ class Bridge:
                 self._node.log.peer_event(WARN, "cannot publish on %s: %s", one_line(action.local), error)
 
     def _make_probes(self, receiver: str, number: int, priority: Priority) -> list[Probe]:
-        """Return probes to send. Called by the sender's threads, or by one that gives it a packet."""
+        """Return probes to send. Called in the sender's threads, or in a thread that gives it a packet."""
         with self._lock:
             return self._site.probes(receiver, number, priority)
 
     def _on_slow(self, site: str) -> None:
-        """Record that a site holds up others. Called by the sender's threads."""
+        """Record that a site holds up others. Called in the sender's threads."""
         self._do_next(lambda now: self._site.on_slow(site, now))
 
     def _on_link_error(self, error: Exception) -> None:
@@ -243,7 +243,7 @@ class Bridge:
         self._services.update()
         self._stand_ins.update()
         if time.monotonic() >= self._next_poll and not self._is_closing:
-            self._next_poll = time.monotonic() + _POLL_PERIOD  # first: a watch may want the next one earlier
+            self._next_poll = time.monotonic() + _POLL_PERIOD  # set first: a watch may request an earlier poll
             self._poll()
             if self._graph.is_behind:
                 self._next_poll = 0.0
@@ -267,7 +267,7 @@ class Bridge:
                     self._node.log.peer_event(WARN, "cannot bridge a topic: %s", error)
                 return
         if self._deferred.finish_if_nothing_waits():
-            return  # others would wait for the lock: there may be thousands of topics
+            return  # skip the lock, on which others wait: there may be thousands of topics
         with self._lock:  # publish the waiting messages before later ones
             self._act(self._deferred.finish())
 
@@ -328,7 +328,7 @@ class Bridge:
         return bool(self._rules.outgoing(topic, others))
 
     def _on_message(self, local: str, conversion: Conversion | None, message: AnyMsg) -> None:
-        """Hand a message to the state machine. Called in the node's threads."""
+        """Pass a message to the state machine. Called in the node's threads."""
         header = message._connection_header or {}
         publisher, md5sum = header.get("callerid", ""), header.get("md5sum", "")
         is_bridged = BRIDGE_FIELD in header or publisher in self._graph.bridges or publisher == self._node.name

@@ -1,7 +1,7 @@
-"""A site's end of service calls: services that the bridge provides at the master, and calls that it makes there.
+"""A site's end of service calls: services that the bridge provides on the master, and calls that it makes there.
 
-Requests and responses stay encoded. Each call that a node here makes waits in a thread of its service; each call of
-another site is made in a thread of a pool. Both waits end when the bridge closes.
+Requests and responses stay encoded. Each call from a local node waits in its service's thread; each call from another
+site is made in a pool thread. Both stop waiting when the bridge closes.
 """
 
 from __future__ import annotations
@@ -36,12 +36,12 @@ from pyros1.node.services.workers import Workers
 PARAMETERS_TIMEOUT = 10.0
 """Seconds to wait for another site's parameters."""
 _POLL_INTERVAL = 0.2
-"""Seconds after which a waiting call looks again whether the bridge closes."""
+"""Seconds between a waiting call's checks whether the bridge is closing."""
 _RETRY_PERIOD = 1.0
 """Seconds between attempts to provide a service."""
 _CLOSE_TIME = 1.0
 Do = Callable[[Callable[[float], Iterable[Action]]], None]
-"""Calls a function of the state machine with the current time, and does the actions that it returns."""
+"""Calls a function of the state machine with the current time, and carries out the actions that it returns."""
 
 
 @lru_cache(1024)
@@ -67,7 +67,7 @@ PARAMETERS_CLASS = raw_service(
 
 
 class _WaitingCall:
-    """A call that a node here has made, until its result comes."""
+    """A call from a local node that waits for its result."""
 
     def __init__(self) -> None:
         self.ended = threading.Event()
@@ -76,12 +76,12 @@ class _WaitingCall:
 
 
 class ServiceEnds:
-    """The ends of service calls at a site's master.
+    """The bridge's end of service calls on a site's master.
 
     Args:
         node: the bridge's node.
         rules: the site's rules.
-        site: the site's state machine; used only by `do`.
+        site: the site's state machine; used only through `do`, or with its lock held.
         do: see `Do`; takes the lock of the state machine.
     """
 
@@ -95,7 +95,7 @@ class ServiceEnds:
         self._local = LocalServices(graph, lambda name: match_served(rules, name) is not None)
         self._wanted: dict[str, Provide] = {}
         self._provided: dict[str, tuple[Provide, ServiceServer]] = {}
-        self._changed: set[str] = set()  # the services that are not as wanted, or perhaps not
+        self._changed: set[str] = set()  # services that may differ from what is wanted
         self._retry_at = 0.0
         self._clients: set[ServiceClient] = set()
         self._types: dict[str, LocalService] = {}
@@ -110,7 +110,7 @@ class ServiceEnds:
         return self._local.problems
 
     def start(self) -> None:
-        """Provide the service by which programs here read parameters of other sites.
+        """Provide the service by which local programs read other sites' parameters.
 
         Raises:
             NodeError: the node cannot provide it.
@@ -118,8 +118,8 @@ class ServiceEnds:
         self._node.advertise_service(f"~{PARAMETER_SERVICE}", PARAMETERS_CLASS, self._on_question)
 
     def act(self, action: ServiceAction, now: float) -> list[Action]:
-        """Carry out an action of the state machine, or queue it if it may block; return the actions that follow. Called
-        with the lock of the state machine.
+        """Carry out an action of the state machine, or queue it if it may block; return the resulting actions. Called
+        with the state machine's lock held.
         """
         match action:
             case Provide(local):
@@ -141,7 +141,7 @@ class ServiceEnds:
     # Services of other sites, provided here ---------------------------------------------------------------------------
 
     def poll(self, state: SystemState) -> None:
-        """Record which services there are at the master. This waits for providers."""
+        """Record which services the master knows. This waits for providers."""
         services = self._local.services(state, find_bridges(state))
         taken = {name: nodes[0] for name, nodes in state.services.items() if nodes and nodes[0] != self._node.name}
         types = {service.name: service for service in services}
@@ -157,7 +157,7 @@ class ServiceEnds:
         if not self._changed or monotonic() < self._retry_at or self._is_closing:
             return
         for local in sorted([*self._changed]):
-            self._changed.discard(local)  # first, since it may change again meanwhile
+            self._changed.discard(local)  # do this first, since it may change again meanwhile
             wanted, known = self._wanted.get(local), self._provided.get(local)
             try:
                 if known is not None and known[0] is not wanted:
@@ -172,10 +172,10 @@ class ServiceEnds:
                     self._node.log.peer_event(WARN, "cannot provide a service of another site: %s", error)
 
     def _provide(self, action: Provide) -> ServiceServer:
-        """Provide a service of another site, unless another node has begun to provide it.
+        """Provide a service of another site, unless another node already provides it.
 
         Raises:
-            Error: one has, or the master does not respond.
+            Error: another node provides it, or the master does not respond.
         """
         local = action.local
         if self._graph.service_uri(local) is not None:
@@ -186,7 +186,7 @@ class ServiceEnds:
         return self._node.advertise_service(FullName(local), service_class, partial(self._on_request, local))
 
     def _on_request(self, local: str, request: AnyMsg) -> AnyMsg:
-        """Call a service of another site, and wait for the result. Called in a thread of the service."""
+        """Call a service of another site, and wait for the result. Called in the service's thread."""
         body = bytes(request._buff)
         return self._wait(lambda token, now: self._site.services.calls.call(token, local, body, now))
 

@@ -1,6 +1,5 @@
-"""Nodes that stand in for those of other sites: they do nothing, but can be watched, listed and pinged like others.
-
-Each runs as long as the other site reports that its node is alive, and never takes the name of a local node.
+"""Nodes that stand in for other sites' nodes: they do nothing, but can be watched, listed and pinged like any node.
+Each runs as long as the other site reports that its node is alive, and never takes a local node's name.
 """
 
 from __future__ import annotations
@@ -20,7 +19,7 @@ from pyros1.node.log.levels import WARN
 RETRY_PERIOD = 2.0
 """Seconds between attempts to start a node whose name is taken, or that the master refuses."""
 MAX_STARTS = 10
-"""Maximum number of nodes that are started at a time, whatever other sites request."""
+"""Maximum number of nodes started at a time, whatever other sites request."""
 _TIMEOUT = 1.0
 
 
@@ -35,7 +34,7 @@ class _RunningNode(NamedTuple):
 
 
 class StandIns:
-    """The nodes that stand in for those of other sites.
+    """The nodes that stand in for other sites' nodes.
 
     Args:
         node: the bridge's node.
@@ -61,13 +60,13 @@ class StandIns:
                 self._wanted.pop(action.local, None)
 
     def update(self) -> None:
-        """Start and end nodes, unless they have been closed. This waits for the master."""
+        """Start and end nodes, unless `close` was called. This waits for the master."""
         if self._is_closing:
             return
         with self._lock:
             wanted = dict(self._wanted)
         for local, (node, serial) in [*self._running.items()]:
-            # A node that was lost and found again meanwhile is a new process on its site.
+            # A node that was lost and found again counts as a new process.
             if local not in wanted or wanted[local].serial != serial or not node.ok():
                 self._end(local)
         self._retry_at = {local: at for local, at in self._retry_at.items() if local in wanted}
@@ -78,7 +77,7 @@ class StandIns:
             node_or_none = self._start(wanted[local].action)
             if node_or_none is not None:
                 self._running[local] = _RunningNode(node_or_none, wanted[local].serial)
-            if self._is_closing:  # by another thread, perhaps before the node was in `_running`
+            if self._is_closing:  # in another thread, perhaps before the node was in `_running`
                 self._end(local)
                 return
 
@@ -103,7 +102,7 @@ class StandIns:
                 environ=self._node.environ,
                 handle_signals=False,
                 rosout=False,
-                log_services=False,  # the bridge may provide those of the node itself
+                log_services=False,  # the bridge may provide the original node's
                 wait_for_master=_TIMEOUT,
                 wall_time=True,
             )
@@ -123,7 +122,7 @@ class StandIns:
         return [f"{key}:={special[key]}" for key in ("__ip", "__hostname") if key in special]
 
     def _is_free(self, local: str) -> bool:
-        """Return whether no node of this name is running; a killed node may have left its registration behind."""
+        """Return whether no node with this name is running; a killed node may have left its registration behind."""
         uri = self._graph.node_uri(local)
         if uri is None:
             return True
@@ -139,7 +138,7 @@ class StandIns:
         return False
 
     def close(self) -> None:
-        """End all nodes. `update` may still wait for the master in another thread; then it starts no more."""
+        """End all nodes. If `update` is still waiting for the master in another thread, it starts no more nodes."""
         self._is_closing = True
         for local in [*self._running]:
             self._end(local)

@@ -23,10 +23,11 @@ from pyros1.bridge.transport.sender import Sender
 from pyros1.ground.terminal_text import one_line
 
 LISTED_BYTES = 3 << 20
-"""Maximum size of the topics of other sites that are listed, and of their services, about: more than some megabytes are
-not read."""
+"""Approximate maximum size of the listed topics of other sites, and of their services: readers accept only some
+megabytes.
+"""
 _NAMED = 3
-"""Maximum number of topics or services that are named of those that a site offers in vain, for each reason."""
+"""Maximum number of a site's refused topics or services to name for each reason."""
 _Entry = TypeVar("_Entry")
 
 
@@ -127,13 +128,13 @@ def status_json(
 def listed(
     entries: Iterable[_Entry], site_of: Callable[[_Entry], str], size_of: Callable[[_Entry], int]
 ) -> tuple[list[_Entry], dict[str, int]]:
-    """Return what to list of other sites, and how many more entries each of them has. Where it is more than
-    `LISTED_BYTES` together, those that have most are cut, so that none hides others.
+    """Return the entries of other sites to list, and how many more each site has. If all exceed `LISTED_BYTES`, the
+    sites with the most are cut, so that no site hides others.
 
     Args:
         entries: all entries.
         site_of: returns an entry's site.
-        size_of: returns its size in bytes, about.
+        size_of: returns its approximate size in bytes.
     """
     sizes: Counter[str] = Counter()
     for entry in (all_entries := [*entries]):
@@ -169,8 +170,8 @@ def _called_size(service: RemoteService) -> int:
 
 
 def flow_counts(site: Site) -> dict[Hashable, Count]:
-    """Return how much of each topic has been sent and received, for the rates in the status; without those of which
-    nothing has. This is called each second, and there may be thousands of topics.
+    """Return how much of each topic has been sent or received, for the rates in the status. Topics without messages are
+    left out, since this is called each second and there may be thousands of topics.
     """
     flows: list[tuple[Hashable, Flow]] = [(("", topic.topic), flow) for topic, _, flow in site.sent_topics()]
     flows += site.topic_receiver.flows()
@@ -208,7 +209,7 @@ def status_lines(status: Mapping[str, Any]) -> Iterator[str]:
     """Yield lines that describe a status.
 
     Args:
-        status: what `status_json` has written; from another program, so it may have any names.
+        status: a status from `status_json`; it comes from another program, so it may contain any names.
     """
     dialect, name = status.get("dialect"), one_line(status["site"])
     if dialect == ROS2:
@@ -225,8 +226,8 @@ def status_lines(status: Mapping[str, Any]) -> Iterator[str]:
         yield (
             f"  {one_line(site['name'])}: {one_line(site['state'])}"
             + (f", round trip {trip * 1000:.1f} ms" if trip is not None else "")
-            + (", slower than others: gets packets of its own" if site.get("slow") else "")
-            + (", but two bridges call themselves so" if site.get("shared") else "")
+            + (", slower than others: gets its own packets" if site.get("slow") else "")
+            + (", but two bridges use this name" if site.get("shared") else "")
         )
     if nodes := [one_line(node) for node in status.get("ros2_nodes", ())]:
         more = len(nodes) - _NAMED
@@ -259,7 +260,7 @@ def status_lines(status: Mapping[str, Any]) -> Iterator[str]:
 
 
 def _refused_lines(title: str, what: str, entries: Iterable[Mapping[str, Any]], field: str) -> Iterator[str]:
-    """Yield a line for each site and reason; only the first names, since there may be hundreds."""
+    """Yield a line for each site and reason, with only the first names, since there may be hundreds."""
     groups: dict[tuple[str, str], list[str]] = {}
     for entry in entries:
         groups.setdefault((one_line(entry["from"]), one_line(entry["state"])), []).append(one_line(entry[field]))
