@@ -1,4 +1,5 @@
 """Nodes that stand in for other sites' nodes: they do nothing, but can be watched, listed and pinged like any node.
+
 Each runs as long as the other site reports that its node is alive, and never takes a local node's name.
 """
 

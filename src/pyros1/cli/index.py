@@ -50,10 +50,10 @@ INDEX: dict[str, tuple[Any, ...]] = {
         {
             'run': ('bridge.run', 'run the bridge of a site (run may be left out)', 'run the bridge of a site (run may be left out)', '', '[options]', (), ()),
             'status': ('bridge.status', 'sites, topics, rates, dropped messages with reasons, round trip', 'sites, topics, rates, dropped messages with reasons, round trip', '', '[options]', (), ()),
-            'param': ('bridge.param', 'read the parameters of another site that it lets others read', 'read the parameters of another site that it lets others read', '', '[options] site [parameter]', ('', ''), ()),
+            'param': ('bridge.param', 'read parameters of another site, if it lets others read them', 'read parameters of another site, if it lets others read them', '', '[options] site [parameter]', ('', ''), ()),
             'ros2': ('bridge.ros2', 'exchange topics, services and actions with ROS 2, with or without an installation of it', 'exchange topics, services and actions with ROS 2, with or without an installation of it', '', '[options]', (), ()),
-            'keys': ('bridge.keys', 'make keys with which sites prove their names to each other', 'make keys with which sites prove their names to each other', '', '[options] folder site...', ('', '+'), ()),
-            'router': ('bridge.router', 'run a router alone, through which sites reach each other', 'run a router alone, through which sites reach each other', '', '[options]', (), ()),
+            'keys': ('bridge.keys', 'make the keys by which sites prove their names to each other', 'make the keys by which sites prove their names to each other', '', '[options] folder site...', ('', '+'), ()),
+            'router': ('bridge.router', 'run a standalone router, through which sites reach each other', 'run a standalone router, through which sites reach each other', '', '[options]', (), ()),
         },
     ),
     'clean': (

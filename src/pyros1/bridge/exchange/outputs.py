@@ -1,5 +1,7 @@
-"""The topics that a bridge publishes on its site's master. No I/O. Several topics of other sites may have the same
-local name; they must then have the same type, which the first one decides.
+"""The topics that a bridge publishes on its site's master. No I/O.
+
+Several topics of other sites may have the same local name; they must then have the same type, which the first one
+decides.
 """
 
 from __future__ import annotations

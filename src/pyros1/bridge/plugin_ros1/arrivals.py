@@ -1,6 +1,6 @@
 """A bounded queue of messages from other bridges. No I/O.
 
-A flood of messages costs only messages: beacons wait in a queue of their own, and go first.
+A flood of messages displaces only messages: beacons have a separate queue, and go first.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ class Arrivals:
     """Waiting beacons and messages.
 
     Attributes:
-        dropped: how many were dropped because too many waited.
+        dropped: how many were dropped because too many were waiting.
     """
 
     def __init__(self, max_bytes: int = MAX_BYTES, max_messages: int = MAX_MESSAGES) -> None:
@@ -44,7 +44,7 @@ class Arrivals:
             self.dropped += 1
 
     def pop(self) -> tuple[str, bytes | None] | None:
-        """Return what to handle next, the key and the message, or None for a beacon; None if nothing waits."""
+        """Return the next key and its message (None for a beacon) to handle; None if nothing waits."""
         if self._beacons:
             return self._beacons.popleft(), None
         if not self._messages:

@@ -1,7 +1,7 @@
-"""Beacons, with which bridges discover each other's topics and services. No I/O; times are monotonic, in seconds.
+"""Beacons, by which bridges discover each other's topics and services. No I/O; times are monotonic, in seconds.
 
-A bridge sends a beacon each second for each topic or service that its nodes have. Bridges that announce the same
-(with the same key) take turns at random, so that a beacon does not come from each of a hundred robots.
+A bridge sends a beacon every second for each topic or service of its nodes. Bridges that would send the same beacon
+(with the same key) take turns at random, so that not each of a hundred robots sends it.
 """
 
 from __future__ import annotations
@@ -12,10 +12,11 @@ from pyros1.bridge.plugin_ros1.keys import Resource, beacon_key, is_source, pars
 
 PERIOD = 1.0
 LOSS_TIME = 3.5
-"""Time without beacons after which a topic or service is gone: three are missing, and late ones would have come. The
-plugin itself looks every three seconds which it has not heard in these."""
+"""Time without beacons after which a topic or service is gone: three are missing, and late ones would have arrived. The
+plugin itself checks every three seconds which ones it has not heard since the last check.
+"""
 MAX_RESOURCES = 2_000
-"""Maximum number of topics and services of other bridges that are used, and of others that are listed."""
+"""Maximum number of other bridges' topics and services that are used, and of unused ones that are listed."""
 
 
 class _OwnBeacon:
@@ -74,7 +75,7 @@ class OwnBeacons:
         if beacon.heard and beacon.sends_at is not None and self._random() < 0.5:
             beacon.sends_at = None
         elif not beacon.heard and beacon.sends_at is None and beacon.starts_at is None:
-            # At a random time, since others have noticed the silence at the same moment.
+            # At a random time, since other bridges have noticed the silence at the same moment.
             beacon.starts_at = now + self._random() * PERIOD
         beacon.heard = False
 
@@ -83,7 +84,7 @@ class HeardBeacons:
     """The topics and services that other bridges announce.
 
     Args:
-        is_used: returns whether this bridge uses one; those that it does not use cannot displace those that it does.
+        is_used: returns whether this bridge uses a topic or service; unused ones cannot displace used ones.
 
     Attributes:
         ignored: why beacons were ignored -> how many.
@@ -97,13 +98,13 @@ class HeardBeacons:
         self._known: dict[str, Resource] = {}  # by key, so that repeated beacons cost little
 
     def on_beacon(self, key: str, now: float) -> bool:
-        """Handle a beacon, and return whether it announces something that is used and was not announced before."""
+        """Handle a beacon; return whether it newly announces something that this bridge uses."""
         resource = self._known.get(key)
         if resource is not None:
             (self._used if resource in self._used else self._others)[resource] = now
             return False
         if not is_source(key):
-            return False  # zenoh itself says whether somebody receives
+            return False  # zenoh itself tells whether there are receivers
         resource = parse_beacon_key(key)
         if resource is None:
             self._ignore("beacons that cannot be understood")
@@ -121,7 +122,7 @@ class HeardBeacons:
         self.ignored[reason] = self.ignored.get(reason, 0) + 1
 
     def expire(self, now: float) -> bool:
-        """Forget what has not been announced for `LOSS_TIME`, and return whether something was used."""
+        """Forget what has not been announced for `LOSS_TIME`; return whether any of it was used."""
         was_used = False
         for table in (self._used, self._others):
             for resource in [each for each, heard_at in table.items() if now - heard_at > LOSS_TIME]:
@@ -132,10 +133,10 @@ class HeardBeacons:
 
     @property
     def used(self) -> list[Resource]:
-        """What other bridges announce and this one uses, in the order in which it was first heard."""
+        """The announced topics and services that this bridge uses, in the order in which they were first heard."""
         return [*self._used]
 
     @property
     def unused(self) -> list[Resource]:
-        """What other bridges announce and this one does not use."""
+        """The announced topics and services that this bridge does not use."""
         return [*self._others]

@@ -25,7 +25,7 @@ _SERVICE_KEYS = ("service", "here")
 
 @dataclass(frozen=True)
 class PluginConfig:
-    """A bridge of this dialect.
+    """The configuration of a bridge with this dialect.
 
     Attributes:
         rules: what it exchanges.
@@ -42,7 +42,7 @@ class PluginConfig:
 
 
 def check_dialect(name: str) -> str:
-    """Return the name of a dialect.
+    """Return a valid dialect name unchanged.
 
     Raises:
         RulesError: there is no such dialect.
@@ -53,11 +53,11 @@ def check_dialect(name: str) -> str:
 
 
 def names_dialect(text: str, where: str) -> bool:
-    """Return whether a file is for a bridge of a dialect, since it names one; False if it is not valid YAML."""
+    """Return whether a file names a dialect; False if it is not valid YAML."""
     try:
         value = load_yaml(text, where)
     except YamlError:
-        return False  # who reads all of it says what is wrong
+        return False  # reading the whole file reports the problem
     return isinstance(value, dict) and "dialect" in value
 
 
@@ -70,13 +70,13 @@ def make_config(
     old_keys: bool = False,
     file: PluginConfig | None = None,
 ) -> PluginConfig:
-    """Return the configuration that a command line and a file stand for. The rules on the command line come first.
+    """Return the configuration from a command line and a file. The rules on the command line come first.
 
     Args:
-        namespace: the bridge's namespace; empty for that of the file, or none.
+        namespace: the bridge's namespace; empty for the file's namespace, if any.
         send, take, serve, call: words as for `pyros1.bridge.rules.parsing.parse_topic`.
         old_keys: whether the other bridges are older than March 2025.
-        file: what the file says.
+        file: the file's configuration, if any.
 
     Raises:
         RulesError: a word is not valid.

@@ -1,10 +1,10 @@
 """The key expressions of zenoh-plugin-ros1 (https://github.com/eclipse-zenoh/zenoh-plugin-ros1). No I/O.
 
-Messages of a topic and calls of a service have the key ``TYPE/MD5/NAMESPACE/NAME``, where TYPE is the hexadecimal form
-of the type's name, and NAMESPACE is ``*`` for bridges without one: as a key expression, that matches all namespaces.
-What a bridge has is announced by beacons, empty messages with the key
+A topic's messages and a service's calls have the key ``TYPE/MD5/NAMESPACE/NAME``, where TYPE is the type's name in
+hexadecimal, and NAMESPACE is ``*`` for bridges without one: as a key expression, that matches all namespaces. A bridge
+announces its topics and services by beacons, empty messages with the key
 ``ros1_discovery_info/*/CLASS/TYPE/MD5/NAMESPACE/NAME``. Bridges older than March 2025 have no NAMESPACE in the keys of
-messages, but have it in those of beacons.
+messages, but have it in the keys of beacons.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ class Kind(str, Enum):
 
 
 class Resource(NamedTuple):
-    """Something that a bridge announces.
+    """A topic or service that a bridge announces.
 
     Attributes:
         kind: what it is.
@@ -57,7 +57,7 @@ class Resource(NamedTuple):
 
 
 def is_usable(resource: Resource) -> bool:
-    """Return whether a topic or service can be announced, and whether what others announce can be used here."""
+    """Return whether a local topic or service can be announced, or another bridge's can be used here."""
     return (
         len(resource.type) <= MAX_NAME_LENGTH
         and _TYPE.match(resource.type) is not None
@@ -105,5 +105,5 @@ def parse_beacon_key(key: str) -> Resource | None:
         resource = Resource(Kind(kind), bytes.fromhex(type_hex).decode(), md5sum, namespace, f"/{name}")
     except ValueError:
         return None
-    # There is only one spelling, so that a resource has one key: fromhex also takes spaces and capitals.
+    # Accept only the canonical spelling, so that a resource has one key: fromhex also accepts spaces and capitals.
     return resource if is_usable(resource) and beacon_key(resource) == key else None

@@ -1,4 +1,4 @@
-"""Which services a bridge finds on its master, and their types: asks the master and the providers."""
+"""Finds the services on a bridge's master, and their types: asks the master and the providers."""
 
 from __future__ import annotations
 
@@ -27,7 +27,8 @@ class _Answer(NamedTuple):
 
 
 class LocalServices:
-    """Finds the services that nodes other than bridges provide, and asks once for the types of those that are offered.
+    """Finds the services that nodes other than bridges provide, and asks once for the types of those that rules allow
+    to serve.
 
     Args:
         graph: asks the master.
@@ -44,7 +45,7 @@ class LocalServices:
         self._answers: dict[tuple[str, str], _Answer] = {}  # by service and provider
 
     def services(self) -> list[LocalService]:
-        """Return the services; without types those that are not called from elsewhere.
+        """Return the services; those that cannot be called from elsewhere have no types.
 
         Raises:
             Error: the master does not respond.
@@ -72,7 +73,7 @@ class LocalServices:
             if (answer := self._answers.get(asked)) is None
             or (answer.service is None and now - answer.asked_at >= _RETRY_PERIOD)
         ]
-        due.sort(key=self._asked_at)  # those that never answer must not keep others waiting
+        due.sort(key=self._asked_at)  # providers that never answer must not keep others waiting
         queries = {asked: partial(self._probe, asked[0]) for asked in islice(due, _MAX_QUERIES)}
         for asked, reply in run_concurrently(queries, _QUERY_TIME).items():
             self._answers[asked] = _Answer(reply if isinstance(reply, LocalService) else None, now)

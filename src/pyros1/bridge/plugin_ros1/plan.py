@@ -1,7 +1,7 @@
 """Plans what a bridge does, given the state of this master and of other bridges. No I/O.
 
-The plan is recomputed after each change. The runner then starts what is missing, and stops what is not in the plan, so
-it does not matter in which order things come and go, nor what failed in between.
+The plan is recomputed after each change. The runner then starts what is missing and stops what is not in the plan, so
+neither the order of changes nor earlier failures matter.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ class LocalService(NamedTuple):
 
     Attributes:
         name: its full name.
-        type, md5sum: its type; empty if nobody has to know.
+        type, md5sum: its type; empty if it is not needed.
     """
 
     name: str
@@ -51,11 +51,11 @@ class Plan:
     """What a bridge does.
 
     Attributes:
-        sends: topics of this master, by what others know them as.
-        takes: topics that are published here, by their names here.
-        serves: names of services of this master, by what others know them as.
-        calls: services that are provided here, by their names here.
-        problems: name here -> why something is not done.
+        sends: topics of this master, by the resource that other bridges see.
+        takes: topics to publish here, by local name.
+        serves: names of this master's services, by the resource that other bridges see.
+        calls: services to provide here, by local name.
+        problems: local name -> why the topic or service is not bridged.
     """
 
     sends: dict[Resource, SentTopic] = field(default_factory=dict)
@@ -73,7 +73,7 @@ class Plan:
         return [source for local, taken in self.takes.items() if local in subscribed for source in taken.sources]
 
     def announced(self, subscribed: Collection[str]) -> Iterator[Resource]:
-        """Yield what to announce by beacons; argument as for `topics_to_receive`."""
+        """Yield the topics and services to announce by beacons; argument as for `topics_to_receive`."""
         yield from self.sends
         yield from self.serves
         for source in self.topics_to_receive(subscribed):

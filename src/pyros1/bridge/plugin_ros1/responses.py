@@ -1,7 +1,7 @@
-"""Responses of services that come through zenoh-bridge-ros1.
+"""Service responses that come through zenoh-bridge-ros1.
 
-It passes the text of an error as if it were a response, so only its contents can tell the two apart. No I/O, but for
-looking up installed types.
+That bridge passes on the text of an error as if it were a response, so only the contents tell the two apart. No I/O
+except for looking up installed types.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
-"""Which topics and services a bridge of this dialect exchanges, and under which names here. No I/O.
+"""Decides which topics and services a bridge with this dialect exchanges, and their local names. No I/O.
 
-The patterns are those of `pyros1.bridge.rules`, with namespaces in the place of sites. A pattern without a namespace
-is for this bridge's own one. Bridges without a namespace exchange with all, as the plugin's do; so for them, such a
-pattern stands for any namespace, unless another pattern names it.
+The patterns are those of `pyros1.bridge.rules`, with namespaces in place of sites. A pattern without a namespace stands
+for this bridge's own. Bridges without a namespace exchange with all, as the plugin's do; for them, such a pattern
+stands for any namespace that no other pattern names.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ class Remote(NamedTuple):
 
 
 class Local(NamedTuple):
-    """The name here of another bridge's topic or service, and its rule."""
+    """The local name of another bridge's topic or service, and its rule."""
 
     name: str
     rule: Rule
@@ -36,8 +36,8 @@ class PluginRules:
     """The rules of a bridge.
 
     Attributes:
-        topics: what is sent and taken; its site is the bridge's namespace, or ``*``.
-        services: what others may call here (as what is sent), and what is called there (as what is taken).
+        topics: the rules for topics to send and take; their site is the bridge's namespace, or ``*``.
+        services: the rules for services that others may call here (as `send`), and services to call there (as `take`).
         old_keys: whether the other bridges are older than March 2025.
     """
 
@@ -51,7 +51,7 @@ class PluginRules:
         return self.topics.site
 
     def namespaces(self) -> frozenset[str]:
-        """Return the namespaces whose beacons count; ``*`` for all."""
+        """Return the namespaces whose beacons matter; ``*`` for all."""
         rules = (*self.topics.send, *self.topics.take, *self.services.send, *self.services.take)
         return frozenset({self.namespace, *(rule.pattern.site for rule in rules if rule.pattern.site)})
 
@@ -60,7 +60,7 @@ class PluginRules:
 
         Args:
             local: its name.
-            known: the namespaces that are known, for patterns that are for all.
+            known: the known namespaces, for patterns that match all.
         """
         return _outgoing(self.topics, local, known)
 
@@ -69,7 +69,7 @@ class PluginRules:
         return _outgoing(self.services, local, known)
 
     def incoming(self, resource: Resource) -> Local | str:
-        """Return the name here of a topic or service of another bridge, or why it is not used."""
+        """Return the local name of another bridge's topic or service, or why it is not used."""
         rules = self.services if resource.kind is Kind.SERVICE else self.topics
         names = [SharedName(namespace, resource.name) for namespace in self._matching_namespaces(resource.namespace)]
         if any(denied.matches(name, self.namespace) for denied in rules.deny_take for name in names):

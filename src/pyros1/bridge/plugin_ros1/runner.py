@@ -1,11 +1,11 @@
-"""A running bridge of this dialect: a node, a zenoh session, and the state between them.
+"""A running bridge with this dialect: a node, a zenoh session, and the state between them.
 
-A lock guards the state; nothing waits while it is held. These are the threads:
+A lock guards the state; no thread blocks while it holds it. These are the threads:
 
-- the node's threads hand messages to the state, and its packets to the sender;
-- the worker handles beacons and messages from elsewhere, publishes these, and sends beacons;
-- the master thread asks the master, and carries out the plan, all of which may block;
-- the sender has two threads, which may wait for the network; calls of services have threads of their own.
+- the node's threads pass messages to the state, and its packets to the sender;
+- the worker handles beacons, publishes messages from elsewhere, and sends beacons;
+- the master thread queries the master and carries out the plan, which may block;
+- the sender has two threads, which may wait for the network; service calls have their own threads.
 """
 
 from __future__ import annotations
@@ -57,7 +57,7 @@ class PluginBridge:
     Args:
         node: the bridge's node; it must run callbacks inline.
         rules: what it exchanges.
-        make_session: returns its session, given the functions that take beacons, messages and calls.
+        make_session: returns its session, given the functions that handle beacons, messages and calls.
 
     Raises:
         LinkError: the session cannot start.
@@ -73,7 +73,7 @@ class PluginBridge:
         self._graph = LocalGraph(graph, lambda topic: bool(rules.sent_names(topic, self._namespaces())))
         self._local_services = LocalServices(graph, lambda name: bool(rules.served_names(name, self._namespaces())))
         self._definitions = DefinitionCache(prefer_installed=True)
-        self._advertised: dict[str, tuple[str, str]] = {}  # topics here -> type and md5 sum
+        self._advertised: dict[str, tuple[str, str]] = {}  # local topic -> type and md5 sum
         self._subscribers: dict[str, Subscriber[AnyMsg]] = {}
         self._arrivals = Arrivals()
         self._arrived = threading.Condition()
@@ -246,7 +246,7 @@ class PluginBridge:
                     problems[local] = one_line(error)
 
     def _definition(self, taken: TakenResource) -> str:
-        """Return the definition of a type that is installed here, or ``*`` as the plugin does: it sends none."""
+        """Return the definition of an installed type, otherwise ``*`` as the plugin does, since it sends none."""
         try:
             message_class = self._definitions.get(taken.type, taken.md5sum, "")
         except MessageError:

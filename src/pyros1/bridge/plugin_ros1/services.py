@@ -1,5 +1,5 @@
-"""Both ends of service calls at a bridge of this dialect: services of other bridges that are provided on this master,
-and services of this master that others call. Requests and responses stay encoded.
+"""Both ends of service calls in a bridge with this dialect: other bridges' services provided on this master, and this
+master's services that others call. Requests and responses stay encoded.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ def raw_service(type_name: str, md5sum: str) -> type[Service]:
 
 
 class CallCount:
-    """How many calls of a service there were, how many failed, and the last error.
+    """Counts a service's calls and failed calls, and keeps the last error.
 
     Attributes:
         calls, errors, last_error: these.
@@ -66,7 +66,7 @@ class PluginServices:
         self._session = session
         self._key = key
         self._provided: dict[str, tuple[tuple[str, ...], ServiceServer]] = {}
-        self._served: dict[str, tuple[Resource, str]] = {}  # by key: the service, and its name here
+        self._served: dict[str, tuple[Resource, str]] = {}  # by key: the service, and its local name
         self._workers = Workers(f"{node.name}:call", MAX_CALLS)
         self._counts: dict[tuple[str, str], CallCount] = {}
         self._lock = threading.Lock()
@@ -85,7 +85,7 @@ class PluginServices:
         """Serve and provide exactly these services from now on. This waits for the master.
 
         Returns:
-            The errors by the names here of services that could not be provided.
+            The errors of services that could not be provided, by local name.
         """
         self._served = {self._key(resource): (resource, local) for resource, local in serves.items()}
         with self._lock:
@@ -118,10 +118,10 @@ class PluginServices:
         return self._node.advertise_service(FullName(local), raw_service(taken.type, taken.md5sum), handler)
 
     def _call_elsewhere(self, local: str, key: str, responses: Responses, request: AnyMsg) -> AnyMsg:
-        """Return the response of a service elsewhere. Called in a thread of the service.
+        """Call a service elsewhere, and return its response. Called in the service's thread.
 
         Raises:
-            ServiceRefusal: it has failed.
+            ServiceRefusal: the call failed.
         """
         count = self.count("calls", local)
         count.calls += 1
@@ -147,8 +147,8 @@ class PluginServices:
             query.reply_err(b"the bridge has too many calls at once")
 
     def _answer(self, resource: Resource, local: str, query: Any) -> None:
-        """Call a service of this master, and answer the query. The plugin itself sends the text of an error as if it
-        were a response; but it understands error replies, too, and its callers then get an error.
+        """Call a service of this master, and answer the query. The plugin itself sends an error's text as if it were a
+        response, but it also understands error replies, and its callers then get an error.
         """
         count = self.count("serves", local)
         count.calls += 1
@@ -163,7 +163,7 @@ class PluginServices:
             with suppress(Exception):  # zenoh's, if the session is closed meanwhile
                 query.reply_err(text.encode())
         finally:
-            query.drop()  # else the caller waits for more replies
+            query.drop()  # otherwise the caller waits for more replies
 
     def close(self) -> None:
         """Stop providing services, and end the threads."""

@@ -1,6 +1,6 @@
 """The zenoh session of a bridge with this dialect.
 
-zenoh's callbacks run on its own threads, so what they call must return at once.
+zenoh's callbacks run on its own threads, so they must return at once.
 """
 
 from __future__ import annotations
@@ -54,11 +54,11 @@ class FirstReply:
 
 
 class PluginSession(ZenohSession):
-    """A zenoh session; see `pyros1.bridge.transport.link.Link` for what the sender uses of it.
+    """A zenoh session; see `pyros1.bridge.transport.link.Link` for the methods that the sender uses.
 
     Args:
         on_beacon: called with the key of each beacon, on zenoh's threads.
-        on_message: called with key and body of each message that is listened to, on zenoh's threads.
+        on_message: called with the key and body of each message on a subscribed key, on zenoh's threads.
         on_call: called with the key of a service and a query, on zenoh's threads.
         beacons: the key expressions of beacons.
         connect, listen, settings: see `pyros1.bridge.transport.zenoh_link.ZenohSession`.
@@ -89,7 +89,7 @@ class PluginSession(ZenohSession):
         super().__init__("zenoh-bridge-ros1", connect, listen, settings)
 
     def on_open(self) -> None:
-        """Declare what never changes. Called with the lock held."""
+        """Subscribe to beacons, which never changes. Called with the lock held."""
         self._fixed = [
             self.session.declare_subscriber(key, self._on_beacon_sample, allowed_origin=self.zenoh.Locality.REMOTE)
             for key in self._beacons
@@ -103,7 +103,7 @@ class PluginSession(ZenohSession):
     def declare(
         self, publishers: Mapping[str, Priority], subscribers: Collection[str], services: Collection[str]
     ) -> None:
-        """Have exactly these declarations from now on; nothing happens before there is a connection.
+        """Declare exactly these keys from now on; does nothing before there is a connection.
 
         Args:
             publishers: the keys of topics to send, and the priorities of their messages.
@@ -137,7 +137,7 @@ class PluginSession(ZenohSession):
         )
 
     def _on_sample(self, key: str, sample: zenoh.Sample) -> None:
-        # Keys match each other by their wildcards, so a message may come to several subscribers: only one counts.
+        # Keys with wildcards match each other, so several subscribers may get a message: only one handles it.
         is_put = sample.kind == self.zenoh.SampleKind.PUT
         if is_put and str(sample.key_expr) == key and len(sample.payload) <= MAX_PACKET:
             self._on_message(key, sample.payload.to_bytes())
@@ -148,7 +148,7 @@ class PluginSession(ZenohSession):
         )
 
     def keys_with_receivers(self) -> set[str]:
-        """Return the keys of the topics to send that somebody receives."""
+        """Return the keys of the topics to send that have receivers."""
         with self.lock:
             if self.is_closing:
                 return set()
@@ -171,17 +171,17 @@ class PluginSession(ZenohSession):
             publisher.put(packet.body)
 
     def try_send(self, packet: Send) -> bool:
-        """Send nothing: its packets may have to wait."""
+        """Send nothing: packets may have to wait."""
         return False
 
     def listen(self, site: str, key: str, on: bool) -> None:
         """Do nothing: `declare` sets what to receive."""
 
     def call(self, key: str, request: bytes) -> bytes:
-        """Call a service elsewhere, and return the response, or what is sent in its place.
+        """Call a service elsewhere, and return the response, or the error text that bridges send in its place.
 
         Raises:
-            ServiceRefusal: there was no response, or an error.
+            ServiceRefusal: there was no response, or an error reply.
         """
         replies = FirstReply()
         with self.lock:

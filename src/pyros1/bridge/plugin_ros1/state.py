@@ -1,4 +1,4 @@
-"""The state of a bridge of this dialect: values in, what to send and publish out. No I/O; the time is passed in."""
+"""The state of a bridge with this dialect: values in, packets and messages out. No I/O; the time is passed in."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ from pyros1.bridge.plugin_ros1.rules import PluginRules
 from pyros1.bridge.rules.rules import Priority
 
 _MAX_PUBLISHERS = 10_000
-"""Maximum number of publishers whose messages are counted against a rate; those of more share one count."""
+"""Maximum number of publishers with separate rate limits; further ones share one limit per topic."""
 _PLAN_RATE = 4.0
 _PLAN_BURST = 20
-"""Plans that are made per second, and at once, since beacons come or go: with thousands of topics each takes 50 ms."""
+"""Plans made per second, and at once, because beacons come or go: with thousands of topics each takes 50 ms."""
 UNKNOWN = "messages of topics that are not taken"
 _NO_SOURCE = Source("", SharedName("", ""), 0)
 """The source of all messages: nothing is latched, so sources do not matter."""
@@ -34,12 +34,12 @@ class PluginState:
         random: returns a random number from 0 to 1, for the turns of beacons.
 
     Attributes:
-        plan: what the bridge does now; replaced by another object when something changes.
-        heard: what other bridges announce.
-        wanted: the sent topics that somebody elsewhere receives.
+        plan: what the bridge does now; replaced by a new object on each change.
+        heard: the topics and services that other bridges announce.
+        wanted: the sent topics that have receivers elsewhere.
         subscribed: the topics published here that nodes subscribe to.
-        sent: how much of each sent topic has gone out.
-        taken: how much of each topic has been published here, by its name here.
+        sent: counts of each sent topic's messages.
+        taken: counts of the messages published here, by local topic.
         ignored: why messages from elsewhere were ignored -> how many.
     """
 
@@ -68,13 +68,13 @@ class PluginState:
     # Current state ----------------------------------------------------------------------------------------------------
 
     def set_local(self, topics: Sequence[LocalTopic], services: Sequence[LocalService], now: float) -> None:
-        """Record what nodes other than bridges publish and provide on this master."""
+        """Record the topics and services of this master's nodes, except bridges."""
         if (topics, services) != (self._topics, self._services):
             self._topics, self._services = topics, services
             self._make_plan(now)
 
     def set_subscribed(self, subscribed: Collection[str], now: float) -> None:
-        """Record to which topics of this bridge nodes subscribe."""
+        """Record which of this bridge's topics have subscribers."""
         self.subscribed = frozenset(subscribed)
         self._own.announce(self.plan.announced(self.subscribed), now)
 
@@ -88,8 +88,8 @@ class PluginState:
     def tick(self, now: float) -> list[Send]:
         """Forget what is no longer announced, and return the beacons to send.
 
-        The plugin sends them with the lowest priority. Here they have a high one: they are few, and where they do not
-        come through, what they announce would be lost just when there is much of it.
+        The plugin sends beacons with the lowest priority. Here they get a high one: they are few, and if they did not
+        get through, what they announce would be lost just when traffic is heavy.
         """
         self._is_outdated |= self.heard.expire(now)
         self._renew_plan(now)
@@ -118,7 +118,7 @@ class PluginState:
     # Messages ---------------------------------------------------------------------------------------------------------
 
     def on_message(self, local: str, message: ReceivedMessage, is_bridged: bool, now: float) -> list[Send]:
-        """Return what to send of a message that came on a topic of this master.
+        """Return the packets to send for a message on a topic of this master.
 
         Args:
             local: the topic.
@@ -153,7 +153,7 @@ class PluginState:
         return packets
 
     def on_sample(self, key: str, body: bytes, now: float) -> Publish | None:
-        """Return what to publish here of a message that came from elsewhere, or None.
+        """Return the message to publish here for one from elsewhere, or None.
 
         Args:
             key: its key.
@@ -176,14 +176,14 @@ class PluginState:
         return None
 
     def _is_due(self, local: str, publisher: str, rate: float | None, now: float) -> bool:
-        """Return whether a publisher's message may pass, if its rate is limited, and count it."""
+        """Return whether the rate limit lets a publisher's message pass; if so, count it."""
         if rate is None:
             return True
         key, period = (local, publisher), 1.0 / rate
         if key not in self._due and len(self._due) >= _MAX_PUBLISHERS:
             key = (local, "")
         due = self._due.get(key, now)
-        # A message that is a little early counts as the due one: publishers are not exact.
+        # Accept a message that is a little early: publishers are not exact.
         if now < due - 0.1 * period:
             return False
         self._due[key] = max(due, now - period) + period

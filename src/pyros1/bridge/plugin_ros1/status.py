@@ -1,4 +1,4 @@
-"""The status of a bridge of this dialect, as JSON, in the form of `pyros1.bridge.status`: namespaces are its sites."""
+"""The status of a bridge with this dialect, as JSON in the format of `pyros1.bridge.status`: namespaces are sites."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from pyros1.bridge.plugin_ros1.state import PluginState
 from pyros1.bridge.transport.sender import Sender
 
 _MAX_REFUSED = 50
-"""Maximum number of topics that are not taken to list."""
+"""Maximum number of refused topics to list."""
 
 
 def status_json(
@@ -30,7 +30,7 @@ def status_json(
         state, session, sender, services: the parts of the bridge.
         problems: topic or service -> why it is not bridged.
         trouble: what went wrong, and how often.
-        dropped: how much was dropped because it came too fast.
+        dropped: how many messages and beacons were dropped because they came too fast.
     """
     plan, rules = state.plan, state.rules
     namespaces = sorted({resource.namespace for resource in state.heard.used})

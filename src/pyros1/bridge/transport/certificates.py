@@ -1,4 +1,4 @@
-"""Keys and certificates with which sites prove who they are to each other (mutual TLS).
+"""Keys and certificates by which sites prove their identity to each other (mutual TLS).
 
 `make_keys` makes a folder like this::
 

@@ -68,7 +68,7 @@ def test_mistakes(run: Run, tmp_path: Path, words: list[str], code: int, complai
         (["--keys", "FOLDER/red", "--sites", "r-d"], "'r-d' cannot be a site's name"),
         (
             ["--keys", "FOLDER/red", "--sites", "green-2"],
-            "of green-2 counts only where other sites connect: give",
+            "about green-2 applies only where other sites connect: give",
         ),
         (["--keys", "FOLDER/red", "--to", "tls/[::1]:1"], "zenoh connects by TLS to host names and IPv4 addresses"),
         (["--keys", "FOLDER/red", "--to", "tcp/base:1"], "tcp/base:1 cannot use the keys: use tls/base:1"),
@@ -108,4 +108,4 @@ def test_keys_that_expire_soon_and_a_listener_for_all(
     forwarding = run(*words, "--config", file, "--to", "tls/localhost:1")
     assert "hear" not in forwarding[2] and "impersonate" not in forwarding[2]
     both = run(*words, "--sites", "green", "--to", "tls/127.0.0.1:1")
-    assert "WARNING: no site in `sites` forwards others, so only those are heard that connect here" in both[2]
+    assert "WARNING: no site in `sites` forwards others, so only sites are heard that connect here" in both[2]

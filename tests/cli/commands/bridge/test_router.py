@@ -53,7 +53,7 @@ def test_check_explains(run: Run, tmp_path: Path) -> None:
         (["--listen", "tls/[::]:7447", "--keys", "FOLDER"], "ERROR: FOLDER has no ca.crt and no site.crt and"),
         (["--listen", "nowhere"], "ERROR: 'nowhere' is not an endpoint"),
         (["--listen", "tcp/127.0.0.1:1", "--sites", "r-d"], "ERROR: 'r-d' cannot be a site's name"),
-        (["--listen", "tcp/127.0.0.1:1", "--sites", "red-2"], "ERROR: what `sites` says of red-2 needs keys"),
+        (["--listen", "tcp/127.0.0.1:1", "--sites", "red-2"], "ERROR: what `sites` says about red-2 needs keys"),
         (["--config", "FOLDER/bad.yaml"], "ERROR: FOLDER/bad.yaml:1: there is no setting 'site'"),
         (["--config", "FOLDER/open.yaml"], "ERROR: FOLDER/open.yaml:2: tcp/[::]:7447 can be reached from other"),
         (

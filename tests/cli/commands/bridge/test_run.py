@@ -205,10 +205,10 @@ def test_a_misspelt_verb(run: Run) -> None:
         ("to:\n- tcp/localhost:1\n- tcp/base:1\n", ":4: tcp/base:1 is not encrypted"),
         ("to: tls/base:1\n", ":2: tls/base:1 needs keys"),
         ("keys: a\nto: tls/[::1]:1\n", ":3: tls/[::1]:1: zenoh connects by TLS to host names"),
-        ("to: tcp/localhost:1\nsites: [base, blue-2]\n", ":3: what `sites` says of blue-2 counts only where"),
+        ("to: tcp/localhost:1\nsites: [base, blue-2]\n", ":3: what `sites` says about blue-2 applies only where"),
         (
             "listen: tcp/localhost:1\nsites:\n  blue:\n  base: {send: [/a]}\n",
-            ":5: what `sites` says of base needs keys",
+            ":5: what `sites` says about base needs keys",
         ),
     ],
 )

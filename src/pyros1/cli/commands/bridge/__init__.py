@@ -9,7 +9,7 @@ from pyros1.cli.running import print_unknown_verb, run_verb, verb_list
 
 
 def _dispatch(invocation: Invocation) -> int | None:
-    """Run the verb that the first argument names; without one, run the bridge. Return the exit code."""
+    """Run the verb that the first argument names; without a verb, run the bridge. Return the exit code."""
     argv = invocation.argv
     first = argv[0] if argv else ""
     verb = registry.find_verb("bridge", first)

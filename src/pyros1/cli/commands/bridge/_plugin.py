@@ -34,7 +34,7 @@ OPTIONS = (
 
 
 def wants_plugin(options: Any) -> bool:
-    """Return whether the command line or the file ask for the dialect.
+    """Return whether the command line or the file selects the dialect.
 
     Raises:
         YamlError: the file is not valid YAML.

@@ -1,4 +1,4 @@
-"""The two ways of ``bridge ros2`` to ROS 2: which one is taken, and how each is started."""
+"""The two ways in which ``bridge ros2`` connects to ROS 2: chooses one and starts it."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class Way(NamedTuple):
 
     Attributes:
         name: ``rclpy`` or ``zenoh``.
-        note: why it is zenoh, if that is not what was asked for; otherwise empty.
+        note: why it is zenoh, if the command line did not select it; otherwise empty.
     """
 
     name: str
@@ -32,11 +32,11 @@ class Way(NamedTuple):
 
 
 def choose_way(options: Any) -> Way:
-    """Return the way that the command line asks for; without any, rclpy if it can be imported.
+    """Return the way that the command line selects; by default, rclpy if it can be imported.
 
     Raises:
-        UsageError: it asks for rclpy, and for something that only zenoh has.
-        CommandError: it asks for rclpy, which cannot be imported.
+        UsageError: it selects rclpy, but has options that are only for zenoh. CommandError: it selects rclpy, which
+        cannot be imported.
     """
     given = [option for name, option in _ZENOH_OPTIONS.items() if getattr(options, name)]
     if options.via == "rclpy" and given:
@@ -59,13 +59,13 @@ def _rclpy_problem() -> str:
         return "rclpy is not installed here"
     try:
         import_module("rclpy.node")
-    except Exception as error:  # noqa: BLE001 - with libraries of another ROS 2 or Python, anything may be raised
+    except Exception as error:  # noqa: BLE001 - libraries for another ROS 2 or Python may raise anything
         return f"rclpy cannot be imported: {one_line(error, 200)}"
     return ""
 
 
 def describe_way(way: Way, connect: Sequence[str], listen: Sequence[str]) -> str:
-    """Return through what the bridge connects.
+    """Return a description of how the bridge connects.
 
     Args:
         way: how it gets to ROS 2.
@@ -90,16 +90,16 @@ def packages_line() -> str:
 
 
 def check_way(way: Way, listen: Sequence[str]) -> None:
-    """Raise an error if something that the way needs is not there.
+    """Raise an error if something that the way needs is missing.
 
-    This comes before the node starts, since that ends another bridge of its name, which may run and be the reason.
+    Called before the node starts, since that ends another bridge with its name, which may be the program that listens.
 
     Args:
         way: how the bridge gets to ROS 2.
         listen: the endpoints on which it is to listen.
 
     Raises:
-        CommandError: zenoh is not installed, or another program listens on such a port.
+        CommandError: zenoh is not installed, or another program listens on one of the ports.
     """
     from pyros1.bridge.transport.zenoh_link import check_installed  # noqa: PLC0415
 
@@ -142,7 +142,7 @@ def make_side(
     listen: Sequence[str],
     settings: Mapping[str, str],
 ) -> MakeSide:
-    """Return what makes the bridge's side in ROS 2.
+    """Return the function that makes the bridge's ROS 2 side.
 
     Args:
         way: how it gets to ROS 2.
@@ -155,7 +155,7 @@ def make_side(
         from pyros1.ros2.rclpy_side.type_classes import TypeClasses  # noqa: PLC0415
         from pyros1.ros2_types.rclpy_packages import RclpyPackages  # noqa: PLC0415
 
-        # The session uses types in threads of its own, so it has a collection of its own.
+        # The session uses types in its own threads, so it needs its own collection.
         return lambda _, on_token, on_message, on_call: RclpySession(
             name, domain, TypeClasses(RclpyPackages()), on_token, on_message, on_call
         )

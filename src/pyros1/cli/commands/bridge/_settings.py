@@ -1,4 +1,4 @@
-"""What the verbs share that listen or connect: options, files, keys."""
+"""Shared by the verbs that listen or connect: options, files, keys."""
 
 from __future__ import annotations
 
@@ -37,12 +37,12 @@ SITES_OPTION = Option(
     action="append",
     default=[],
     metavar="NAME",
-    help="talk only to these sites; where this site listens with --keys, only they are let in, and none can "
-    "impersonate another. red-2 instead of red lets only these newer keys of red in",
+    help="talk only to these sites; if this site listens with --keys, only they are let in, and none can "
+    "impersonate another. red-2 instead of red lets in red only with these newer keys",
 )
 INSECURE_FLAG = Flag(
     "--insecure",
-    help="use unencrypted endpoints beyond this machine, although anybody who reaches them can read what is sent, "
+    help="use unencrypted endpoints beyond this machine, although anybody who can reach them can read what is sent, "
     "and send",
 )
 
@@ -66,7 +66,7 @@ def read_file(name: str) -> str:
 
 
 def beside(name: str, file: str) -> str:
-    """Return a path that a file names: it is relative to the file."""
+    """Resolve a path in a file, which is relative to that file."""
     return str(Path(file).parent / Path(name).expanduser())
 
 
@@ -78,17 +78,17 @@ def check_connections(
     insecure: bool,
     places: Mapping[str, str],
 ) -> None:
-    """Refuse invalid and insecure endpoints, and access limits that could not be enforced.
+    """Refuse invalid or insecure endpoints, and access limits that could not be enforced.
 
     Args:
-        connect, listen: endpoints of others, and those on which to listen.
-        keys: the folder of the keys; empty for none.
+        connect, listen: endpoints to connect to, and endpoints to listen on. keys: the folder of the keys; empty for
+            none.
         access: what other sites may do.
         insecure: whether unencrypted endpoints beyond this machine are allowed.
-        places: where a file says so, by endpoint and by name of keys.
+        places: file and line, by endpoint and by key name.
 
     Raises:
-        EndpointError, RulesError: they are refused.
+        EndpointError, RulesError: an endpoint or a limit is refused.
     """
     from pyros1.bridge.rules.file_reader import RulesError  # noqa: PLC0415
     from pyros1.bridge.transport.endpoints import (  # noqa: PLC0415
@@ -109,8 +109,8 @@ def check_connections(
             raise EndpointError(_at(places.get(endpoint), error)) from None
     limited = [each.keys for each in access if each.is_limited or each.forwards or each.keys != each.site]
     if limited and not (listen and keys):
-        missing = "needs keys, which prove the names of sites" if listen else "counts only where other sites connect"
-        problem = f"what `sites` says of {limited[0]} {missing}: give {'--keys' if listen else '--listen'}"
+        missing = "needs keys, which prove the names of sites" if listen else "applies only where other sites connect"
+        problem = f"what `sites` says about {limited[0]} {missing}: give {'--keys' if listen else '--listen'}"
         raise RulesError(_at(places.get(limited[0]), problem))
 
 
@@ -140,9 +140,8 @@ def make_security(
 
     Args:
         keys: the keys.
-        connect, listen: endpoints of others, and those on which to listen.
-        access: what other sites may do.
-        own_site: the name of this site; empty for a router alone.
+        connect, listen: endpoints to connect to, and endpoints to listen on. access: what other sites may do.
+        own_site: the name of this site; empty for a standalone router.
     """
     from pyros1.bridge.transport.access_control import security_settings  # noqa: PLC0415
 
@@ -153,9 +152,9 @@ def make_security(
         )
     if listen and connect and access and not any(each.forwards for each in access):
         print(
-            f"WARNING: no site in `sites` forwards others, so only those are heard that connect here or listen on "
+            f"WARNING: no site in `sites` forwards others, so only sites are heard that connect here or listen on "
             f"{', '.join(map(one_line, connect))}, and none behind them",
             file=sys.stderr,
         )
-    # Where a site only connects, the packets of all others come under the certificate of the one that it connects to.
+    # If a site only connects, all other sites' packets come under the certificate of the one that it connects to.
     return security_settings(keys, access if listen else (), own_site)

@@ -1,4 +1,4 @@
-"""``bridge keys``: makes keys with which sites prove their names to each other."""
+"""``bridge keys``: makes the keys by which sites prove their names to each other."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int | None:
 
 VERB = Verb(
     "keys",
-    "make keys with which sites prove their names to each other",
+    "make the keys by which sites prove their names to each other",
     Option(
         "--days",
         type="int",
@@ -62,9 +62,9 @@ VERB = Verb(
         help="a site; if others connect to it, with its host names and addresses: base=HOST,HOST; red-2 for newer "
         "keys of red",
     ),
-    description="Make keys and certificates for sites: a folder for each site, and one for the authority that has "
-    "issued them, which later issues those of more sites. Write the host names and addresses of a site to which others "
-    "connect after its name: base=base.example,10.0.0.1.",
+    description="Make keys and certificates for sites: a folder for each site, and one for the authority that "
+    "issues them, also for sites added later. If other sites connect to a site, write its host names and addresses "
+    "after its name: base=base.example,10.0.0.1.",
     examples=[
         ("site_keys red-2", "new keys of a robot whose old ones are to be shut out"),
         ("site_keys red green base=base.example,10.0.0.1", "keys of two robots, and of a base to which they connect"),

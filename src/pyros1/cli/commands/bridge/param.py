@@ -15,7 +15,7 @@ _TIMEOUT = 15.0
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> int | None:
-    """Print a parameter of another site or the names of all that may be read, or copy a parameter to this master."""
+    """Print another site's parameter, or the names of all readable ones, or copy a parameter to this master."""
     from pyros1.bridge.names import SiteNameError, check_site_name  # noqa: PLC0415
     from pyros1.bridge.parameters import (  # noqa: PLC0415
         ROS2_SITE,
@@ -66,7 +66,7 @@ def _print(value: Any, as_json: bool) -> None:
 
 
 def _ask(invocation: Invocation, request: Any) -> Any:
-    """Return the answer that the first bridge of this master gets from a site.
+    """Return a site's answer through the first bridge of this master that gets one.
 
     Raises:
         CommandError: none gets one.
@@ -96,11 +96,11 @@ def _ask(invocation: Invocation, request: Any) -> Any:
 
 VERB = Verb(
     "param",
-    "read the parameters of another site that it lets others read",
-    Option("--to", metavar="NAME", help="do not print the parameter, but set this one on this master to it"),
+    "read parameters of another site, if it lets others read them",
+    Option("--to", metavar="NAME", help="copy it to this parameter on this master instead of printing it"),
     JSON_FLAG,
     Argument("site", help="the site: red:"),
-    Argument("parameter", optional=True, help="without it, the names of all that may be read are printed"),
+    Argument("parameter", optional=True, help="without it, the names of all readable parameters are printed"),
     description="Print a parameter of another site's master as YAML. The bridges of both sites must be running, and "
     "the other site must allow it with --params. The site ros2: is ROS 2, with `pyros1 bridge ros2`: without a "
     "parameter, the names of its nodes are printed; the name of a node stands for all of its parameters.",

@@ -75,7 +75,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int | None:
 
 
 def _add_parameters(paths: list[str], send: list[str], take: list[str]) -> list[str]:
-    """Add what files of parameter_bridge name; return notes on settings that have no effect."""
+    """Add the names in parameter_bridge files; return notes on settings that have no effect."""
     from pyros1.ros2.bridge.parameter_file import read_parameters  # noqa: PLC0415
 
     notes = []
@@ -90,7 +90,7 @@ def _add_parameters(paths: list[str], send: list[str], take: list[str]) -> list[
 
 @contextmanager
 def _reading() -> Iterator[None]:
-    """Turn what is wrong with a file into an error of the command."""
+    """Turn errors about a file into command errors."""
     from pyros1.bridge.rules.file_reader import RulesError  # noqa: PLC0415
     from pyros1.values.reading import YamlError  # noqa: PLC0415
 
@@ -113,7 +113,7 @@ def _read_mappings(paths: list[str]) -> TypeMapping:
 def _make_types(
     options: Any, mapping: TypeMapping, environ: Mapping[str, str], way: Way, budget: TimeBudget | None = None
 ) -> TypePairs:
-    """Return what knows the types of both sides."""
+    """Return the type pairs of both sides."""
     from pyros1.ros2.pairs.type_pairs import TypePairs  # noqa: PLC0415
     from pyros1.ros2_types.installed import InstalledTypes, PackagesError, environment_folders  # noqa: PLC0415
     from pyros1.ros2_types.rclpy_packages import RclpyPackages  # noqa: PLC0415
@@ -128,7 +128,7 @@ def _make_types(
 
 
 def _print_pairs(invocation: Invocation, options: Any) -> int:
-    """Print the pairs of types with these names, or all; return 1 if one of the names has no counterpart."""
+    """Print the type pairs with these names, or all; return 1 if one of the names is unknown or has no counterpart."""
     from math import inf  # noqa: PLC0415
 
     from pyros1.cli.shared.definitions import MESSAGE_KIND, SERVICE_KIND, library  # noqa: PLC0415
@@ -143,7 +143,7 @@ def _print_pairs(invocation: Invocation, options: Any) -> int:
     if way.name == "rclpy":
         where = "beside rclpy"
         for name in wanted or RclpyPackages().messages():
-            types.known.get(name)  # reads its definition, since only those that have been read are listed
+            types.known.get(name)  # reads its definition, since only types that have been read are listed
     messages, services = (
         [name for package in library().packages() for name in kind.type_names(library(), package)]
         for kind in (MESSAGE_KIND, SERVICE_KIND)
@@ -237,7 +237,7 @@ VERB = Verb(
         "--via",
         choices=WAYS,
         metavar="WAY",
-        help="rclpy: the ROS 2 that is installed here, with its middleware; zenoh: nothing of ROS 2, whose nodes must "
+        help="rclpy: use the ROS 2 installed here, with its middleware; zenoh: needs no ROS 2 here, but its nodes must "
         "use rmw_zenoh; default: zenoh if --to, --listen, --keys or --insecure is given, or rclpy cannot be imported",
     ),
     Option(
@@ -253,7 +253,7 @@ VERB = Verb(
         action="append",
         default=[],
         metavar="ENDPOINT",
-        help="be the router oneself, on this endpoint: ROS 2 nodes on this machine look for tcp/localhost:7447",
+        help="be the router, on this endpoint: ROS 2 nodes on this machine look for tcp/localhost:7447",
     ),
     Option("--domain", type=int, metavar="NUMBER", help="the ROS domain; default: ROS_DOMAIN_ID, or 0"),
     Option(
@@ -271,7 +271,7 @@ VERB = Verb(
         action="append",
         default=[],
         metavar="NAME",
-        help="the same for what ROS 1 may see of ROS 2; without --send and --take, all are exchanged",
+        help="the same for what ROS 1 may see from ROS 2; without --send and --take, everything is exchanged",
     ),
     Option(
         "--reconfigure",
@@ -286,8 +286,8 @@ VERB = Verb(
         "--distribution",
         default="jazzy",
         metavar="NAME",
-        help="the ROS 2 distribution whose types to use where nobody there says which: humble, jazzy (default), "
-        "...; through rclpy, those that are installed are used",
+        help="the ROS 2 distribution whose types to use if no ROS 2 node tells: humble, jazzy (default), "
+        "...; through rclpy, the installed types are used",
     ),
     Option(
         "--parameters",
@@ -317,12 +317,12 @@ VERB = Verb(
         "--pairs",
         nargs="*",
         metavar="TYPE",
-        help="print which ROS 1 type is which ROS 2 type, and which have no counterpart and why, and exit: all "
-        "that are installed here, or these",
+        help="print which ROS 1 type is which ROS 2 type, which have no counterpart and why, and exit: all installed "
+        "here, or these",
     ),
     INSECURE_FLAG,
     description="Exchange topics, services and actions with ROS 2 nodes: through rclpy, if ROS 2 is installed "
-    "here, or else with those whose RMW_IMPLEMENTATION is rmw_zenoh_cpp. Each side sees those of the other one; "
+    "here, or else with nodes whose RMW_IMPLEMENTATION is rmw_zenoh_cpp. Each side sees the other's; "
     "messages pass only where somebody subscribes.",
     examples=[
         ("", "through rclpy or, without that, through ROS 2's router (rmw_zenohd) on this machine"),

@@ -1,4 +1,4 @@
-"""``bridge router``: runs a router alone, through which sites reach each other."""
+"""``bridge router``: runs a standalone router, through which sites reach each other."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from pyros1.bridge.rules.router_config import RouterConfig
 
 _LOOK_PERIOD = 0.5
-"""Seconds between looks at the connections."""
+"""Seconds between checks of the connections."""
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> int | None:
@@ -119,7 +119,7 @@ def _parse(invocation: Invocation, verb: Verb) -> tuple[Any, list[str]]:
 
 VERB = Verb(
     "router",
-    "run a router alone, through which sites reach each other",
+    "run a standalone router, through which sites reach each other",
     LISTEN_OPTION,
     CONNECT_OPTION,
     SITES_OPTION,
@@ -128,7 +128,7 @@ VERB = Verb(
     Flag("--check", help="explain what each site may do, and exit"),
     INSECURE_FLAG,
     description="Run a router on a server that all sites can reach: they connect to it, and reach each other through "
-    "it. It needs neither a master nor a node. It says who connects and disconnects.",
+    "it. It needs neither a master nor a node. It prints who connects and disconnects.",
     examples=[
         ("--listen tls/[::]:7447 --keys router --sites red blue base", "a router for three sites"),
         ("--config fleet.yaml --check", "explain what each site may do"),

@@ -55,7 +55,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int | None:
         print(*map(one_line, explain(config)), sep="\n")
         try:
             _read_keys(config)
-        except KeysError as error:  # on the machine on which the file is written, there may be none
+        except KeysError as error:  # the machine where the file is written may have none
             _warn([str(error)])
         return None
     if not config.connect and not config.listen:
@@ -110,7 +110,7 @@ def _read_config(options: Any) -> SiteConfig:
 
 
 def _read_keys(config: SiteConfig) -> Mapping[str, str]:
-    """Return the settings of zenoh for the site's keys, if it has any.
+    """Return zenoh's settings for the site's keys, if it has any.
 
     Raises:
         KeysError: they cannot be used.
