@@ -5,7 +5,7 @@ The states, and the transitions between them:
 - *heard*: a packet came under the site's name. Recorded packets can be sent again, and the network can delay
   packets, so this proves nothing yet.
 - *present*: it has answered a heartbeat that was sent after its current run (its *epoch*) was first heard, so the
-answer is not an echo from an earlier run. From now on its lists and messages are accepted if they carry this epoch.
+  answer is not an echo from an earlier run. From now on its lists and messages are accepted if they carry this epoch.
 - *lost*: no new answer came within the delay set by this site's rules. Its state is kept, since it may come back.
 
 A lost site that answers again is present. A restarted site is first heard with a new epoch and becomes present with its

@@ -6,9 +6,9 @@ they do about a gap in the numbers:
 
 - `NewestStream` continues with the later message;
 - `ReliableStream` holds back later messages, requests the missed ones, and continues without them only when the sender
-says that it no longer has them, or when they would be too old;
+  says that it no longer has them, or when they would be too old;
 - `LatchedStream` delivers at once, since only each publisher's last message counts, and compares its messages with
-those that the sender holds.
+  those that the sender holds.
 
 No I/O. All times are in seconds.
 """
@@ -172,7 +172,7 @@ class ReliableStream(_CountingStream):
         age: maximum age of a message in seconds; None for no limit. The stream waits for missed messages until they
             would be too old.
         floor: messages up to this number are not delivered.
-        site: what all streams of the site keep back.
+        site: counts the bytes that all of the site's streams hold back.
     """
 
     def __init__(self, age: float | None, floor: int, site: BufferedBytes | None = None) -> None:
@@ -383,8 +383,8 @@ def make_stream(latched: bool, reliable: bool, age: float | None, floor: int, si
     Args:
         latched, reliable: whether the site offers it as such.
         age: maximum age of its messages in seconds; None for no limit.
-        floor: messages up to this number are not delivered, since they may have been delivered before. site: counts the
-            bytes that all of the site's streams hold back.
+        floor: messages up to this number are not delivered, since they may have been delivered before.
+        site: counts the bytes that all of the site's streams hold back.
     """
     if latched:
         return LatchedStream(floor)

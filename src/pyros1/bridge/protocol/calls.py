@@ -51,8 +51,8 @@ class OfferedService(NamedTuple):
     """A service that other sites may call.
 
     Attributes:
-        service: its name between sites. type, md5sum, request, response: its type, its md5 sum, and the types of its
-            requests and responses.
+        service: its name between sites.
+        type, md5sum, request, response: its type, its md5 sum, and the types of its requests and responses.
     """
 
     service: SharedName

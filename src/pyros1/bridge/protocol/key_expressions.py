@@ -7,7 +7,7 @@ site's keys. The rest tells the kind of packet:
 - ``to/PEER``: for one site: heartbeats, offers, requests, definitions;
 - ``t/OWNER/NAME``: messages of the topic OWNER:/NAME, for all sites that want it;
 - ``again/PEER/OWNER/NAME``: messages of that topic for one site: missed ones, latched ones, and all messages of a topic
-that a router must keep from other sites;
+  that a router must keep from other sites;
 - ``call/PEER/OWNER/NAME``: calls to the service OWNER:/NAME and their replies, for one site.
 
 ``1`` is the version of the protocol: sites with different versions do not hear each other.

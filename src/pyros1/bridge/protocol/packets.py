@@ -147,7 +147,8 @@ class OfferedTopic(NamedTuple):
     """A topic that a site offers to another one.
 
     Attributes:
-        topic: its name between sites. type, md5sum: its message type.
+        topic: its name between sites.
+        type, md5sum: its message type.
         latched: whether it has latched messages.
         reliable: whether missed messages are resent.
         publishers: the nodes that publish it, at most `MAX_PUBLISHERS` of them.

@@ -42,8 +42,9 @@ class Settings(NamedTuple):
         local: the topic's name on this site's master.
         rate: maximum messages per second of each publisher; None for no limit.
         max_size: maximum size of a message in bytes.
-        priority: which messages overtake others. reliable: whether all messages are delivered in order, as long as they
-            are not too old; otherwise a newer message replaces a waiting one.
+        priority: which messages overtake others.
+        reliable: whether all messages are delivered in order, as long as they are not too old; otherwise a newer
+            message replaces a waiting one.
         age: maximum age of a message in seconds when it is delivered.
         latched_age: the same for latched messages, which describe a state that is still valid; None for no limit.
         prefix_frames, keep_frames: see `Rule`.

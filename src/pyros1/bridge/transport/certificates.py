@@ -2,8 +2,8 @@
 
 `make_keys` makes a folder like this::
 
-    keys/ca/     ca.crt ca.key               the certificate authority; its key belongs to no site keys/red/    ca.crt
-    site.crt site.key    what site `red` needs: copy this folder there
+    keys/ca/     ca.crt ca.key               the certificate authority; its key belongs to no site
+    keys/red/    ca.crt site.crt site.key    what site `red` needs: copy this folder there
 
 A site's certificate has the site's name as common name, and the host names and addresses at which other sites connect
 to it as alternative names. `load_keys` checks such a folder before it is used. A site's later keys have a number in

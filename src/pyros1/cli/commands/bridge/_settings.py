@@ -81,8 +81,8 @@ def check_connections(
     """Refuse invalid or insecure endpoints, and access limits that could not be enforced.
 
     Args:
-        connect, listen: endpoints to connect to, and endpoints to listen on. keys: the folder of the keys; empty for
-            none.
+        connect, listen: endpoints to connect to, and endpoints to listen on.
+        keys: the folder of the keys; empty for none.
         access: what other sites may do.
         insecure: whether unencrypted endpoints beyond this machine are allowed.
         places: file and line, by endpoint and by key name.
@@ -140,7 +140,8 @@ def make_security(
 
     Args:
         keys: the keys.
-        connect, listen: endpoints to connect to, and endpoints to listen on. access: what other sites may do.
+        connect, listen: endpoints to connect to, and endpoints to listen on.
+        access: what other sites may do.
         own_site: the name of this site; empty for a standalone router.
     """
     from pyros1.bridge.transport.access_control import security_settings  # noqa: PLC0415
