@@ -1,4 +1,4 @@
-"""Predicts how a robot accelerates towards the velocity that it was told to have (``use_control``). Pure."""
+"""Predicts how a robot accelerates towards its commanded velocity (``use_control``). Pure."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ class Control:
     The six directions are vx, vy, vz, vroll, vpitch, vyaw.
 
     Attributes:
-        used: which of the directions are commanded: bools (6,).
+        used: which directions are commanded: bools (6,).
         acceleration_limits, deceleration_limits: magnitudes in m/s² and rad/s² (6,).
-        acceleration_gains, deceleration_gains: the acceleration per difference of velocities in 1/s (6,).
+        acceleration_gains, deceleration_gains: acceleration per velocity error, in 1/s (6,).
         timeout: seconds without a command after which the robot is assumed to stop.
         command: the latest commanded velocity (6,).
         time: when it was received, in nanoseconds.
@@ -37,7 +37,7 @@ class Control:
         """Return the accelerations (6,) of a robot with a velocity (6,) at a time in nanoseconds."""
         is_current = abs(time - self.time) * 1e-9 < self.timeout
         command = self.command if is_current else np.zeros(6)
-        # A robot that drives the other way must first stop, for which it brakes.
+        # A robot that moves against its command first brakes until it stops.
         brakes = (command * velocity < 0.0) | (np.abs(command) < np.abs(velocity))
         limits = np.where(brakes, self.deceleration_limits, self.acceleration_limits)
         gains = np.where(brakes, self.deceleration_gains, self.acceleration_gains)
@@ -45,8 +45,8 @@ class Control:
         return np.where(self.used, wanted, 0.0)
 
     def apply(self, state: Array, seconds: float, time: int) -> Array:
-        """Return a state (15,) that accelerates as commanded: the accelerations are set, and the velocities of rotation
-        changed by those of a time in seconds.
+        """Return a state (15,) that accelerates as commanded: its linear accelerations are set, and its angular
+        velocities are those after a time in seconds.
         """
         accelerations = self.accelerations(state[6:12], time)
         state = state.copy()

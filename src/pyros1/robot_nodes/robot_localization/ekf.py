@@ -1,7 +1,7 @@
 """The extended Kalman filter of ekf_localization_node. Pure.
 
-Predicts the state with the motion model, and corrects it with measurements of some of its variables. The order of the
-variables is that of `motion`.
+Predicts the state with the motion model, and corrects it with measurements of some of its variables. `motion` defines
+the order of the variables.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from pyros1.robot_nodes.robot_localization.motion import (
 )
 
 MIN_VARIANCE = 1e-9
-"""Smaller variances of measurements are replaced by this one, since no measurement is exact."""
+"""Replaces smaller variances of measurements, since no measurement is exact."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,8 +35,8 @@ class Measurement:
         indices: which of the 15 variables were measured (k,), ascending.
         values: their values (k,).
         covariance: the covariance of the values (k, k).
-        threshold: the Mahalanobis distance from the estimate from which on it is rejected.
-        name: what measured it, such as ``imu0``.
+        threshold: the measurement is rejected at this Mahalanobis distance from the estimate, or beyond it.
+        name: the sensor, such as ``imu0``.
     """
 
     time: int
@@ -51,10 +51,10 @@ class Ekf:
     """An estimate of the state, with its covariance.
 
     Args:
-        process_noise: by how much the covariance grows per second (15, 15).
+        process_noise: the growth of the covariance per second (15, 15).
         covariance: the initial covariance (15, 15).
         state: the initial state (15,); None for 0.
-        dynamic_noise: whether the noise of the pose is proportional to the square of the robot's speed.
+        dynamic_noise: whether the pose's noise is proportional to the square of the robot's speed.
 
     Attributes:
         state: the estimate (15,).
@@ -70,24 +70,24 @@ class Ekf:
         self._dynamic_noise = dynamic_noise
 
     def start(self, measurement: Measurement) -> None:
-        """Take the first measurement as the state of the variables that it has."""
+        """Initialize the variables that the first measurement contains."""
         self.state[measurement.indices] = measurement.values
         self.covariance[measurement.indices[:, None], measurement.indices] = measurement.covariance
 
     def predict(self, seconds: float, control: Control | None = None, time: int = 0) -> None:
-        """Predict the state after a time.
+        """Predict the state some seconds later.
 
         Args:
-            seconds: the time.
-            control: the commands that the robot has received, or None.
-            time: the time after the prediction in nanoseconds, to find commands that are too old.
+            seconds: how much later.
+            control: the robot's commands, or None.
+            time: the time of the predicted state in nanoseconds, to ignore commands that are too old.
         """
         state = self.state if control is None else control.apply(self.state, seconds, time)
         self.state, jacobian = predict(state, seconds)
         self.covariance = jacobian @ self.covariance @ jacobian.T + seconds * self.noise_of(state)
 
     def noise_of(self, state: Array) -> Array:
-        """Return the process noise per second (15, 15) in a state (15,)."""
+        """Return the process noise per second (15, 15) for a state (15,)."""
         if not self._dynamic_noise:
             return self._noise
         noise: Array = self._noise.copy()
@@ -95,7 +95,7 @@ class Ekf:
         return noise
 
     def correct(self, measurement: Measurement) -> bool:
-        """Correct the estimate. Return whether the measurement was accepted; its threshold decides."""
+        """Correct the estimate, unless the measurement's threshold rejects it. Return whether it was accepted."""
         indices = measurement.indices
         innovation = measurement.values - self.state.take(indices)
         if max(map(abs, innovation.tolist())) > pi:
@@ -113,7 +113,7 @@ class Ekf:
         self.state += gain @ innovation
         if max(map(abs, self.state[ANGLES].tolist())) > pi:
             self.state[ANGLES] = wrap_angles(self.state[ANGLES])
-        # Joseph's form, which keeps the matrix symmetric and positive despite rounding: with H, which chooses the
+        # The Joseph form keeps the matrix symmetric and positive despite rounding: with H, which selects the
         # measured variables, it is (1 - gain H) covariance (1 - gain H)^T + gain R gain^T.
         left = covariance - gain @ covariance.take(indices, axis=0)
         self.covariance = left - (left.take(indices, axis=1) - gain @ measurement.covariance) @ gain.T

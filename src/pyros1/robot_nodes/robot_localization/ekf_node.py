@@ -56,7 +56,7 @@ class EkfNode:
 
     Args:
         node: the node.
-        make_filter: makes the filter from the same arguments as `Ekf`.
+        make_filter: creates the filter; takes the same arguments as `Ekf`.
     """
 
     def __init__(self, node: Node, make_filter: Callable[..., Ekf] = Ekf) -> None:
@@ -131,7 +131,7 @@ class EkfNode:
             self._node.log.error("map_frame, odom_frame and base_link_frame must be different frames")
         if settings.world_frame in (settings.map_frame, settings.odom_frame) or settings.inverts_tf:
             return True
-        text = "world_frame is %s: it must be that of odom_frame (%s) or map_frame (%s), so no transform is published"
+        text = "world_frame is %s, but it must be odom_frame (%s) or map_frame (%s): no transform is published"
         self._node.log.error(text, settings.world_frame, settings.odom_frame, settings.map_frame)
         return False
 
@@ -274,7 +274,7 @@ class EkfNode:
 
 
 def find_prefix(node: Node) -> str:
-    """Return the value of the parameter tf_prefix of a node or its namespaces; empty if there is none."""
+    """Return the parameter tf_prefix of the node or of the nearest namespace; empty if there is none."""
     name = node.params.search("tf_prefix")
     prefix = None if name is None else node.params.get(name)
     return prefix if isinstance(prefix, str) else ""

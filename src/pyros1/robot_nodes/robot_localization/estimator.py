@@ -1,8 +1,8 @@
-"""Feeds measurements to the filter in the order of their times, late ones too. Pure.
+"""Feeds measurements to the filter in order of time, including late ones. Pure.
 
 Measurements wait in a queue until `Estimator.advance`. With a history, a measurement that is older than the estimate
-takes the filter back to the state before it; the measurements since then are then used again. Without one, it corrects
-the present estimate.
+takes the filter back to an earlier state, from which all later measurements are applied again. Without a history, it
+corrects the current estimate.
 """
 
 from __future__ import annotations
@@ -19,17 +19,17 @@ from pyros1.robot_nodes.robot_localization.ekf import Ekf, Measurement
 from pyros1.robot_nodes.robot_localization.motion import Array
 
 MAX_QUEUED = 2000
-"""Maximum number of waiting measurements, for example because their clock is ahead."""
+"""Maximum number of measurements that wait, for example because their clock is ahead."""
 MAX_HISTORY = 5000
-"""Maximum number of measurements to return to, however long the history is."""
+"""Maximum number of measurements in the history, however long it is."""
 MAX_STEP = 100_000.0
-"""A longer step, in seconds, is an error of clocks; `CLOCK_ERROR_STEP` is predicted instead."""
+"""A longer step, in seconds, can only be a clock error; `CLOCK_ERROR_STEP` is predicted instead."""
 CLOCK_ERROR_STEP = 0.01
 
 
 @dataclass(frozen=True, slots=True)
 class _Past:
-    """A measurement that was used, and what was known after it: time, state and covariance."""
+    """A measurement that was used, and the time, state and covariance after it."""
 
     measurement: Measurement
     time: int
@@ -44,15 +44,15 @@ class Estimator:
         ekf: the filter.
         history: nanoseconds by which measurements may be late and still be fused in order; 0 for no history.
         sensor_timeout: nanoseconds without measurements after which the state is predicted.
-        always_predict: whether it is predicted to the present even with measurements.
-        control: the commands that the robot receives, or None.
+        always_predict: whether the state is always predicted up to the current time.
+        control: the robot's commands, or None.
 
     Attributes:
         ekf: the filter.
         time: the time of the estimate in nanoseconds; None before the first measurement.
-        num_rejected: how many measurements were too far from the estimate.
-        num_too_late: how many were older than the history.
-        num_dropped: how many did not fit in the queue.
+        num_rejected: number of measurements that were too far from the estimate.
+        num_too_late: number of measurements that were older than the history.
+        num_dropped: number of measurements that did not fit into the queue.
     """
 
     def __init__(
@@ -84,7 +84,7 @@ class Estimator:
 
     def advance(self, now: int) -> None:
         """Use the measurements up to a time in nanoseconds, and predict if there have been none for too long."""
-        with np.errstate(all="ignore"):  # the estimate may become infinite: callers check it
+        with np.errstate(all="ignore"):  # callers check whether the estimate is still finite
             self._advance(now)
 
     def _advance(self, now: int) -> None:
@@ -136,8 +136,9 @@ class Estimator:
         self.time = time
 
     def _go_back(self, time: int) -> bool:
-        """Return to the state before a time, and put the measurements since then back into the queue. Return whether
-        the history goes back that far.
+        """Return to the last state before a time, and put the measurements since then back into the queue.
+
+        Returns whether the history goes back that far.
         """
         if not self._history or self._history[0].time >= time:
             return False
@@ -150,6 +151,6 @@ class Estimator:
         return True
 
     def _forget(self, time: int) -> None:
-        # The newest one that is older than the history is kept: it is what the oldest late measurement goes back to.
+        # Keep one state that is older than the history, so that the filter can return to it for a late measurement.
         while len(self._history) > 1 and self._history[1].time < time:
             self._history.popleft()

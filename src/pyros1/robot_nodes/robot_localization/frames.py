@@ -1,4 +1,4 @@
-"""Finds the frames of sensors by tf, and remembers their matrices."""
+"""Looks up the sensors' frames with tf, and caches their matrices."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from pyros1.tf.errors import TransformException
 from pyros1.tf.rotation import Transform
 
 MAX_FRAMES = 1000
-"""Maximum number of pairs of frames that are remembered."""
+"""Maximum number of cached pairs of frames."""
 _GRACE = 2.0
-"""Seconds after the start of listening during which missing frames are not reported."""
+"""Missing frames are not reported during these seconds after the listener starts."""
 
 
 class Frames:
-    """Finds frames; listens to tf from when it is first needed, since many robots' sensors need no conversion.
+    """Looks up frames. Listens to tf only once it is needed, since the sensors of many robots need no conversion.
 
     Args:
         node: the node that listens and logs.
@@ -36,9 +36,9 @@ class Frames:
         self._identity = Frame()
 
     def find(self, target: str, source: str, time: int) -> Frame | None:
-        """Return the pose of a frame in another; None, with a warning in the log, if it is not known.
+        """Return the pose of the source frame in the target frame; None, with a warning in the log, if it is unknown.
 
-        If it is not known for that time, the latest is returned.
+        If it is not known for that time, the latest pose is returned.
 
         Args:
             target: the frame to convert to.
@@ -67,7 +67,7 @@ class Frames:
                 stamped = buffer.lookup_transform(target, source)
         except TransformException as error:
             if time.monotonic() >= self._quiet_until:
-                text = "what is measured in the frame %s cannot be converted to %s: %s"
+                text = "data in the frame %s cannot be converted to %s: %s"
                 self._node.log.warn(text, source, target, error, throttle=30)
             return None
         position, rotation = stamped.transform.translation, stamped.transform.rotation

@@ -1,4 +1,4 @@
-"""Turns the messages of a sensor into measurements. Does no I/O: frames come from a function."""
+"""Converts a sensor's messages to measurements. Does no I/O: a function provides the frames."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from pyros1.robot_nodes.robot_localization.settings import SensorSettings, Setti
 from pyros1.tf.rotation import Quaternion, Transform, to_angles
 
 _NOT_MEASURED = -1.0
-"""The first variance of a part of an IMU's message that it does not measure."""
+"""The first element of a covariance in an IMU's message, if the IMU does not measure that part."""
 
 
 class SensorInput:
@@ -35,7 +35,7 @@ class SensorInput:
         sensor: the sensor's parameters.
         settings: the node's parameters.
         ekf: the filter, whose estimate some conversions need.
-        find_frame: finds the sensor's frames.
+        find_frame: looks up the sensor's frames.
     """
 
     def __init__(self, sensor: SensorSettings, settings: Settings, ekf: Ekf, find_frame: FindFrame) -> None:
@@ -65,8 +65,8 @@ class SensorInput:
         self._read = readers.get(sensor.kind, self._read_imu)
 
     def read(self, message: Any) -> list[Measurement]:
-        """Return the measurements of a message: nav_msgs/Odometry, sensor_msgs/Imu,
-        geometry_msgs/PoseWithCovarianceStamped or TwistWithCovarianceStamped.
+        """Return the measurements in a nav_msgs/Odometry, sensor_msgs/Imu, geometry_msgs/PoseWithCovarianceStamped or
+        TwistWithCovarianceStamped.
         """
         measurements = self._read(message.header.stamp.to_nsec(), message)
         return [measurement for measurement in measurements if measurement is not None]
@@ -129,7 +129,7 @@ class SensorInput:
         if message.orientation_covariance[0] == _NOT_MEASURED:
             return rotation_matrix(*self._ekf.state[ANGLES].tolist()) @ frame.rotation
         attitude = matrix(_quaternion(message.orientation))
-        # With ``_relative``, the orientation is taken to be relative to how the IMU is mounted.
+        # With ``_relative``, the orientation is relative to the IMU's mounting.
         return attitude @ frame.rotation if self.sensor.relative else attitude
 
     def _convert_twist(self, time: int, frame_name: str, twist: Any) -> Measurement | None:
@@ -160,10 +160,10 @@ def _quaternion(quaternion: Any) -> Quaternion:
 
 
 class _Covariance:
-    """Converts the covariances in a sensor's messages, which are nearly always the same.
+    """Converts covariances from a sensor's messages, and caches the last one, since they rarely change.
 
     Args:
-        angular: whether they are of three angles or their rates, the second half of a pose or twist.
+        angular: whether the covariances are of three angles or their rates, the second half of a pose or twist.
     """
 
     def __init__(self, angular: bool = False) -> None:
@@ -172,7 +172,7 @@ class _Covariance:
         self._matrix = np.zeros((0, 0))
 
     def to_matrix(self, numbers: Any) -> Array:
-        """Return k * k numbers as a (k, k) matrix, or (6, 6) if angular. Unchanged numbers give the same array."""
+        """Return k * k numbers as a (k, k) matrix, or (6, 6) if angular. For unchanged numbers, the array is the same."""
         numbers = tuple(numbers)
         if numbers != self._numbers:
             size = round(len(numbers) ** 0.5)

@@ -1,7 +1,7 @@
-"""Metres east and north of a place on Earth, on a plane that touches it there, and back. Pure.
+"""Converts between degrees and metres east and north of a place, on a plane that touches the Earth there. Pure.
 
-On the WGS 84 ellipsoid. Unlike in UTM, the directions at the origin are exactly east and north, and distances near it
-are not scaled.
+Uses the WGS 84 ellipsoid. Unlike in UTM, the axes point exactly east and north at the origin, and distances near it are
+not scaled.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from pyros1.robot_nodes.robot_localization.motion import Array
 from pyros1.robot_nodes.robot_localization.utm import FLATTENING, SEMI_MAJOR_AXIS, UtmError, check_degrees
 
 MAX_DISTANCE = 1_000_000.0
-"""Metres from the origin; farther away, the plane says little about the Earth."""
+"""Maximum distance from the origin in metres; farther away, the plane is too far from the Earth's surface."""
 
 _E2 = FLATTENING * (2.0 - FLATTENING)
 _STEPS = 10
@@ -24,11 +24,11 @@ _STEPS = 10
 
 @dataclass(frozen=True)
 class LocalPlane:
-    """The plane at a place.
+    """The plane that touches the Earth at a place.
 
     Attributes:
         latitude, longitude: the place in degrees.
-        altitude: its height above the ellipsoid in metres; all that is converted is taken to be at this height.
+        altitude: its height above the ellipsoid in metres; all positions are assumed to be at this height.
     """
 
     latitude: float
@@ -36,10 +36,10 @@ class LocalPlane:
     altitude: float = 0.0
 
     def forward(self, latitude: float, longitude: float) -> tuple[float, float]:
-        """Return metres to the east and north of a latitude and longitude in degrees.
+        """Return how many metres east and north of the origin a position in degrees is.
 
         Raises:
-            UtmError: it is not on Earth, or too far away.
+            UtmError: the position is not on Earth, or too far away.
         """
         check_degrees(latitude, longitude)
         away = _to_cartesian(latitude, longitude, self.altitude) - self._origin
@@ -49,7 +49,7 @@ class LocalPlane:
         return east, north
 
     def inverse(self, east: float, north: float) -> tuple[float, float]:
-        """Return latitude and longitude in degrees of metres to the east and north."""
+        """Return the latitude and longitude in degrees of a position in metres east and north of the origin."""
         up, latitude, longitude = 0.0, self.latitude, self.longitude
         for _ in range(_STEPS):  # until the place below or above the plane has the plane's altitude
             place = self._origin + np.array((east, north, up)) @ self._axes
@@ -63,7 +63,7 @@ class LocalPlane:
 
     @property
     def name(self) -> str:
-        """What the coordinates are, for people."""
+        """A description of the coordinates for messages."""
         return f"the local plane at latitude {self.latitude:.7f}, longitude {self.longitude:.7f}"
 
     @property
@@ -85,7 +85,7 @@ class LocalPlane:
 
 
 def _to_cartesian(latitude: float, longitude: float, altitude: float) -> Any:
-    """Return the position (3,) from the Earth's centre in metres."""
+    """Return the position (3,) relative to the Earth's centre in metres."""
     phi, lam = radians(latitude), radians(longitude)
     normal = SEMI_MAJOR_AXIS / sqrt(1.0 - _E2 * sin(phi) ** 2)
     across = (normal + altitude) * cos(phi)
@@ -93,10 +93,10 @@ def _to_cartesian(latitude: float, longitude: float, altitude: float) -> Any:
 
 
 def _to_degrees(x: float, y: float, z: float) -> tuple[float, float, float]:
-    """Return latitude, longitude and altitude of a position from the Earth's centre."""
+    """Return the latitude, longitude and altitude of a position relative to the Earth's centre."""
     across = hypot(x, y)
     phi = atan2(z, across * (1.0 - _E2))
-    for _ in range(_STEPS):  # each one makes the error 150 times smaller
+    for _ in range(_STEPS):  # each step makes the error 150 times smaller
         normal = SEMI_MAJOR_AXIS / sqrt(1.0 - _E2 * sin(phi) ** 2)
         phi = atan2(z + _E2 * normal * sin(phi), across)
     normal = SEMI_MAJOR_AXIS / sqrt(1.0 - _E2 * sin(phi) ** 2)

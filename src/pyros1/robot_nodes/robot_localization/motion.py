@@ -1,8 +1,8 @@
 """How a robot's state changes with time: the motion model of ekf_localization_node. Pure.
 
-A state is an array (15,): x, y, z, roll, pitch, yaw in the world frame; their rates vx, vy, vz, vroll, vpitch, vyaw and
-the accelerations ax, ay, az in the robot's frame. Metres, radians and seconds; rotations as in REP 103 (the angles are
-those of rotations about the fixed axes x, y, z). Velocities of rotation and accelerations are taken as constant.
+A state is an array (15,): x, y, z, roll, pitch, yaw in the world frame; the velocities vx, vy, vz, vroll, vpitch, vyaw
+and the accelerations ax, ay, az in the robot's frame. Units are metres, radians and seconds; rotations are as in
+REP 103 (about the fixed axes x, y, z). Angular velocities and accelerations are assumed to be constant.
 """
 
 from __future__ import annotations
@@ -42,10 +42,10 @@ _DERIVATIVES = np.array(
     ]
     + [SIZE * row + row + 6 for row in range(6, 9)]
 )
-"""Where in the matrix of derivatives are those that `predict` computes."""
+"""Flat indices of the Jacobian's elements that `predict` computes."""
 _DERIVATIVES.setflags(write=False)
 MIN_COSINE = 1e-6
-"""Nearer to a pitch of 90 degrees, rates of roll and yaw would grow without bound."""
+"""Limit for the cosine of the pitch: near 90 degrees, the rates of roll and yaw would grow without bound."""
 
 
 def rotation_matrix(roll: float, pitch: float, yaw: float) -> Array:
@@ -54,7 +54,7 @@ def rotation_matrix(roll: float, pitch: float, yaw: float) -> Array:
 
 
 def _rotation(roll: float, pitch: float, yaw: float) -> tuple[float, ...]:
-    """Return that matrix row by row."""
+    """Return the elements of `rotation_matrix`, row by row."""
     cr, sr, cp, sp, cy, sy = cos(roll), sin(roll), cos(pitch), sin(pitch), cos(yaw), sin(yaw)
     return (
         *(cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr),
@@ -64,18 +64,18 @@ def _rotation(roll: float, pitch: float, yaw: float) -> tuple[float, ...]:
 
 
 def wrap_angles(angles: Any) -> Any:
-    """Return angles in radians, each moved by whole turns to the range from -pi to pi."""
+    """Return angles in radians, each wrapped to the range from -pi to pi."""
     return angles - tau * np.rint(angles / tau)
 
 
 def predict(state: Array, seconds: float) -> tuple[Array, Array]:
-    """Return the state (15,) after a time, and the matrix (15, 15) of its derivatives by the state before.
+    """Return the state (15,) some seconds later, and its Jacobian (15, 15) with respect to the given state.
 
     Args:
         state: the state (15,).
-        seconds: the time.
+        seconds: how much later.
     """
-    # Plain numbers, since numpy needs longer for each of such small arrays than for a matrix (15, 15).
+    # Plain floats, since numpy takes longer for each of many small arrays than for one matrix (15, 15).
     x, y, z, roll, pitch, yaw, vx, vy, vz, wx, wy, wz, ax, ay, az = state.tolist()
     sr, cr, sy, cy, sp = sin(roll), cos(roll), sin(yaw), cos(yaw), sin(pitch)
     cp = cos(pitch)
@@ -118,7 +118,7 @@ def predict(state: Array, seconds: float) -> tuple[Array, Array]:
 
 
 def _wrap(angle: float) -> float:
-    """Return an angle moved by whole turns to the range from -pi to pi; what is infinite is nan."""
+    """Return an angle wrapped to the range from -pi to pi; nan if it is not finite."""
     if -pi <= angle <= pi:
         return angle
     return remainder(angle, tau) if isfinite(angle) else nan
