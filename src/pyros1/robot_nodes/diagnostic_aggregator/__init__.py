@@ -1,1 +1,1 @@
-"""The diagnostics of a robot as a tree (https://wiki.ros.org/diagnostic_aggregator)."""
+"""Publishes a robot's diagnostics as a tree (https://wiki.ros.org/diagnostic_aggregator)."""

@@ -27,12 +27,12 @@ def add_analyzers(node: Node, path: str | None, timeout: float | None) -> None:
     """Add analyzers, and return when the node shuts down.
 
     Args:
-        node: the node; the analyzers are in its private parameters, and its name is theirs.
-        path: a yaml file that is loaded to these parameters before; None for none.
-        timeout: how many seconds to wait for aggregator_node; None for any time.
+        node: the node, whose private parameters define the analyzers. Their namespace is the node's name.
+        path: a YAML file to load into these parameters first; None for no file.
+        timeout: how many seconds to wait for aggregator_node; None for no limit.
 
     Raises:
-        Error: the file cannot be used, aggregator_node did not take the analyzers, or the bond with it broke.
+        Error: the file cannot be used, aggregator_node did not add the analyzers, or the bond with it broke.
     """
     if path is not None:
         _load(node, path)
@@ -47,7 +47,7 @@ def add_analyzers(node: Node, path: str | None, timeout: float | None) -> None:
     while node.ok() and not is_broken.wait(_POLL_PERIOD):
         pass
     if is_broken.is_set() and node.ok():
-        raise SettingError("the bond with aggregator_node is broken: did it end? Its analyzers are gone")
+        raise SettingError("the bond with aggregator_node is broken, so the analyzers are gone: did it exit?")
 
 
 def _load(node: Node, path: str) -> None:
@@ -57,7 +57,7 @@ def _load(node: Node, path: str) -> None:
         raise SettingError(f"cannot read {path}: {error}") from None
     for document in documents:
         if not isinstance(document, Mapping):
-            raise SettingError(f"{path} must have parameters such as analyzers: {{imu: {{type: ...}}}}")
+            raise SettingError(f"{path} must contain parameters such as analyzers: {{imu: {{type: ...}}}}")
         for name, value in document.items():
             node.params[f"~{name}"] = value
 

@@ -1,4 +1,4 @@
-"""Analyzers that other nodes add while aggregator_node runs, and that are removed when these nodes end."""
+"""Analyzers that other nodes add while aggregator_node is running, and that are removed when those nodes exit."""
 
 from __future__ import annotations
 
@@ -18,22 +18,22 @@ from pyros1.robot_nodes.shared.bond_link import BondLink
 
 SERVICE = "/diagnostics_agg/add_diagnostics"
 BOND_TOPIC = "/diagnostics_agg/bond"
-"""The topic of a namespace's bond begins with this; the namespace follows, and is also the bond's name."""
+"""Prefix of a bond's topic; it is followed by the namespace, which is also the bond's name."""
 MAX_NAMESPACES = 100
 
 
 class AddedAnalyzers:
-    """Serves /diagnostics_agg/add_diagnostics.
+    """Provides the service /diagnostics_agg/add_diagnostics.
 
-    A node keeps its analyzers in the parameters of the namespace that it requests, and a bond with the aggregator. They
-    are added to the tree when the bond is formed, and removed when it breaks.
+    A node requests a namespace, whose parameters define its analyzers, and keeps a bond with the aggregator. The
+    analyzers are added to the tree when the bond is formed, and removed when it breaks.
 
     Args:
         node: the aggregator's node.
         lock: guards the aggregator.
-        aggregator: gets the analyzers.
-        factory: creates them.
-        base_path: the path above them.
+        aggregator: the aggregator to which analyzers are added.
+        factory: creates the analyzers.
+        base_path: the path above them in the tree.
     """
 
     def __init__(
@@ -57,7 +57,7 @@ class AddedAnalyzers:
                 return False, f"Requested load from namespace {namespace} which is already in use"
             if len(self._bonds) >= MAX_NAMESPACES:
                 return False, f"There are {MAX_NAMESPACES} namespaces already."
-            self._bonds[namespace] = None  # no second request for it meanwhile
+            self._bonds[namespace] = None  # so that a second request for it is rejected meanwhile
         try:
             problem = self._add(namespace)
         except Error as error:
@@ -68,7 +68,7 @@ class AddedAnalyzers:
         return True, "Successfully initialised AnalyzerGroup. Waiting for bond to form."
 
     def _add(self, namespace: str) -> str:
-        """Create analyzers, and wait for the bond; return what is wrong, or nothing."""
+        """Create analyzers, and start to form the bond; return what is wrong, or an empty string."""
         values = self._node.params.get(f"{namespace}/analyzers", None)
         place = f"{namespace}/analyzers"
         if not isinstance(values, Mapping):
@@ -101,7 +101,7 @@ class AddedAnalyzers:
     def _close(self) -> None:
         with self._bonds_lock:
             links = [link for link in self._bonds.values() if link is not None]
-        for link in links:  # all at once, since a node that hangs or was killed does not answer
+        for link in links:  # all at once, since a node that hangs or was killed does not respond
             link.end()
         for link in links:
             link.close()

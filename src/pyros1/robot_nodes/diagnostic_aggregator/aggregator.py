@@ -1,4 +1,4 @@
-"""Sorts diagnostics into a tree, with the analyzers that its parameters describe (no I/O)."""
+"""Sorts diagnostics into a tree with the configured analyzers (no I/O)."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from pyros1.robot_nodes.diagnostic_aggregator.analyzers import AnalyzerGroup, Ot
 
 
 class Aggregator:
-    """The analyzers of a robot, and another one for all that they do not take.
+    """The configured analyzers, and one for the items that match none of them.
 
     Args:
         group: the analyzers.
-        base_path: the path above what they do not take.
-        other_as_errors: whether what they do not take is an error.
+        base_path: the path above the items that match none.
+        other_as_errors: whether such items are errors.
         now: the time in seconds.
     """
 
@@ -33,13 +33,13 @@ class Aggregator:
             self.group.analyzers.remove(group)
 
     def receive(self, statuses: Iterable[Any], now: float) -> None:
-        """Take the statuses of a message of /diagnostics."""
+        """Process the statuses in a message on /diagnostics."""
         for status in statuses:
             if not self.group.analyze(status, now):
                 self._other.analyze(status, now)
 
     def report(self, now: float) -> tuple[list[DiagnosticStatus], DiagnosticStatus]:
-        """Return all statuses in the tree, and one that sums them up."""
+        """Return all statuses in the tree, and one that summarizes them."""
         statuses = [*self.group.report(now), *self._other.report(now)]
         level = combine(status.level for status in statuses)
         return statuses, DiagnosticStatus(level=level, name="toplevel_state")

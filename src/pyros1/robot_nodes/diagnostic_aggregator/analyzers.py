@@ -1,6 +1,6 @@
-"""The analyzers of the package: they keep the items that belong to them, and report on them (no I/O).
+"""The package's analyzers: they collect the items that belong to them, and report on them (no I/O).
 
-The texts of reports are those of the original, since programs may look for them.
+Reports have the same texts as the original's, since programs may look for them.
 """
 
 from __future__ import annotations
@@ -14,17 +14,17 @@ from pyros1.robot_nodes.diagnostic_aggregator.matching import Matcher, join_path
 
 OK, WARN, ERROR, STALE = 0, 1, 2, 3
 MAX_ITEMS = 10_000
-"""Maximum number of items of an analyzer; further ones are ignored, and the analyzer warns of that."""
+"""Maximum number of items per analyzer; further ones are ignored, with a warning in its report."""
 MAX_SIZE = 10_000_000
-"""Maximum size of all items of an analyzer, in characters; what exceeds it is ignored, with the same warning."""
+"""Maximum total size of an analyzer's items, in characters; further ones are ignored, with the same warning."""
 DEFAULT_TIMEOUT = 5.0
 _LEVEL_WORDS = ("OK", "Warning", "Error", "Stale")
 _MISSING = "Missing"
-_PAIR_SIZE = 100  # roughly what a pair of key and value takes besides its characters
+_PAIR_SIZE = 100  # approximate size of a pair of key and value, in addition to its characters
 
 
 def combine(levels: Iterable[int]) -> int:
-    """Return the level of a group: the worst one, but STALE only if all are STALE, otherwise ERROR instead."""
+    """Return the level of a group: the worst one, except that STALE becomes ERROR unless all are STALE."""
     levels = set(levels)
     worst = max(levels, default=OK)
     return ERROR if worst == STALE and levels != {STALE} else worst
@@ -32,7 +32,7 @@ def combine(levels: Iterable[int]) -> int:
 
 @dataclass
 class _Item:
-    """The state of one name in /diagnostics."""
+    """The latest status of one name in /diagnostics."""
 
     status: Any
     updated_at: float
@@ -40,11 +40,11 @@ class _Item:
 
 
 class Analyzer:
-    """What all analyzers have in common.
+    """Base class of the analyzers.
 
     Args:
-        path: where it is in the tree, such as "/Sensors/Laser".
-        title: what the group above it calls it.
+        path: its path in the tree, such as "/Sensors/Laser".
+        title: its name in the group above it.
     """
 
     def __init__(self, path: str, title: str) -> None:
@@ -52,30 +52,30 @@ class Analyzer:
         self.title = title
 
     def analyze(self, status: Any, now: float) -> bool:
-        """Take a diagnostic_msgs/DiagnosticStatus, and return whether it belongs to this analyzer."""
+        """Process a diagnostic_msgs/DiagnosticStatus, and return whether it belongs to this analyzer."""
         return False
 
     def report(self, now: float) -> list[DiagnosticStatus]:
-        """Return the statuses of this analyzer at a time. The one with the analyzer's path sums up the others."""
+        """Return this analyzer's statuses at a time. The one with the analyzer's path summarizes the others."""
         return []
 
 
 class IgnoreAnalyzer(Analyzer):
-    """Takes nothing and reports nothing: to switch off an analyzer without removing its parameters."""
+    """Matches nothing and reports nothing: switches off an analyzer without removing its parameters."""
 
 
 class GenericAnalyzer(Analyzer):
-    """Collects the items that match, and watches how old and how many they are.
+    """Collects matching items, and monitors their age and number.
 
     Args:
         path, title: see `Analyzer`.
-        matcher: which items belong to it.
+        matcher: decides which items belong to it.
         now: the time in seconds.
-        removed_prefixes: what to remove from the items' names.
-        expected: items that are missing if they do not arrive.
-        timeout: in seconds; older items are stale. 0 or less for no limit.
+        removed_prefixes: prefixes to remove from the items' names.
+        expected: items that are reported as missing if they do not arrive.
+        timeout: age in seconds at which items become stale; 0 or less for no limit.
         num_items: how many items there must be; None for any number.
-        discard_stale: whether stale items are removed.
+        discard_stale: whether to remove stale items.
     """
 
     def __init__(
@@ -122,9 +122,9 @@ class GenericAnalyzer(Analyzer):
         return True
 
     def report(self, now: float) -> list[DiagnosticStatus]:
-        """Return the status that sums up the items, and then each of them.
+        """Return a status that summarizes the items, followed by the items.
 
-        If stale items are discarded, the former is left out, too, when it has been stale for as long as the timeout.
+        If stale items are discarded, so is the summary once it has been stale for longer than the timeout.
         """
         if self._discard_stale:
             self._items = {name: item for name, item in self._items.items() if not self._is_stale(item, now)}
@@ -152,11 +152,11 @@ class GenericAnalyzer(Analyzer):
         return [make_header(self.path, level, values, message), *statuses]
 
     def ignored_some(self, now: float) -> bool:
-        """Return whether diagnostics were ignored lately, since they are too many or too large."""
+        """Return whether diagnostics were recently ignored because they are too many or too large."""
         return self._ignored_at is not None and 0 <= now - self._ignored_at <= DEFAULT_TIMEOUT
 
     def _is_stale(self, item: _Item, now: float) -> bool:
-        """Return whether an item is too old, or time has jumped back since it came."""
+        """Return whether an item is too old, or time has jumped back since it arrived."""
         return self._timeout > 0 and not 0 <= now - item.updated_at <= self._timeout
 
     def _report_item(self, item: _Item, now: float) -> DiagnosticStatus:
@@ -183,11 +183,11 @@ class GenericAnalyzer(Analyzer):
 
 
 class DiscardAnalyzer(Analyzer):
-    """Takes the items that match, and reports nothing.
+    """Matches items, but reports nothing.
 
     Args:
         path, title: see `Analyzer`.
-        matcher: which items belong to it.
+        matcher: decides which items belong to it.
     """
 
     def __init__(self, path: str, title: str, matcher: Matcher) -> None:
@@ -200,12 +200,12 @@ class DiscardAnalyzer(Analyzer):
 
 
 class OtherAnalyzer(GenericAnalyzer):
-    """Collects the items that no analyzer takes.
+    """Collects the items that match no other analyzer.
 
     Args:
         base_path: the path above it.
         now: the time in seconds.
-        as_errors: whether such items are an error.
+        as_errors: whether such items are errors.
     """
 
     def __init__(self, base_path: str, now: float, as_errors: bool) -> None:
@@ -217,7 +217,7 @@ class OtherAnalyzer(GenericAnalyzer):
         return True
 
     def report(self, now: float) -> list[DiagnosticStatus]:
-        """Return the statuses of the items, and one that sums them up; nothing if there are no items."""
+        """Return the statuses of the items, and one that summarizes them; nothing if there are no items."""
         statuses = super().report(now)
         if len(statuses) < 2 and not self.ignored_some(now):
             return []
@@ -230,9 +230,9 @@ class AnalyzerGroup(Analyzer):
     """Combines analyzers.
 
     Args:
-        path, title: see `Analyzer`. If the path is "/", there is no status that sums up the others.
-        analyzers: those in the group.
-        problems: what is wrong with analyzers that could not be created, by the last part of their paths.
+        path, title: see `Analyzer`. If the path is "/", there is no status that summarizes the others.
+        analyzers: the analyzers in the group.
+        problems: for each analyzer that could not be created, the last part of its path and the reason.
 
     Attributes:
         analyzers, problems: the analyzers, and the statuses of those that could not be created.
@@ -251,7 +251,7 @@ class AnalyzerGroup(Analyzer):
         return any(taken)
 
     def report(self, now: float) -> list[DiagnosticStatus]:
-        """Return the statuses of all analyzers, one that sums them up, and the problems."""
+        """Return the statuses of all analyzers, one that summarizes them, and the problems."""
         statuses, headers = [], []
         for analyzer in self.analyzers:
             report = analyzer.report(now)
@@ -272,7 +272,7 @@ def make_header(path: str, level: int, values: Iterable[tuple[str, str]], messag
 
 
 def _size_of(status: Any) -> int:
-    """Return roughly how much memory a status takes, in characters."""
+    """Return the approximate size of a status in characters."""
     pairs = sum(_PAIR_SIZE + len(pair.key) + len(pair.value) for pair in status.values)
     return pairs + len(status.name) + len(status.message) + len(status.hardware_id)
 

@@ -36,7 +36,7 @@ class AnalyzerFactory:
     """Creates analyzers.
 
     Args:
-        report: called with a line of text about each parameter that cannot be used.
+        report: called with a one-line message about each parameter that cannot be used.
     """
 
     def __init__(self, report: Report) -> None:
@@ -45,14 +45,14 @@ class AnalyzerFactory:
     def make_group(
         self, path: str, title: str, specifications: object, namespace: str, now: float, depth: int = 0
     ) -> AnalyzerGroup:
-        """Return a group of analyzers; those that cannot be created are reported, and left out.
+        """Return a group of analyzers; those that cannot be created are reported and left out.
 
         Args:
             path, title: see `Analyzer`.
-            specifications: the parameters of each analyzer, by a name that only sorts them.
+            specifications: the parameters of each analyzer, by a name that only determines the order.
             namespace: the namespace of these parameters, for reports.
             now: the time in seconds.
-            depth: how many groups this group is in.
+            depth: the number of groups around this group.
         """
         analyzers: list[Analyzer] = []
         problems: list[tuple[str, str]] = []
@@ -78,7 +78,7 @@ class AnalyzerFactory:
     def _make_analyzer(
         self, base_path: str, specification: Mapping[str, Any], place: str, now: float, depth: int
     ) -> Analyzer | None:
-        """Return an analyzer; None if there is none of this type.
+        """Return an analyzer; None if the type does not exist.
 
         Raises:
             ConfigurationError: a parameter is missing.

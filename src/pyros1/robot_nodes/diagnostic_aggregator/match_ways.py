@@ -1,4 +1,4 @@
-"""Counts the steps in which a regular expression tries to match names of some length (no I/O)."""
+"""Estimates how many steps it takes to match a regular expression with names of a given length (no I/O)."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 MAX_NAME_LENGTH = 500
-"""Maximum length of a name that a regular expression is tried on."""
+"""Maximum length of names that are matched with regular expressions."""
 _MAX_STEPS = 3e6  # well below a second
 _MANY = 1e12
 _REPEATS = ("MAX_REPEAT", "MIN_REPEAT", "POSSESSIVE_REPEAT")
@@ -18,12 +18,12 @@ _Numbers = NDArray[np.float64]  # for 0, 1, 2 ... characters
 
 
 class _Part(NamedTuple):
-    """What a part of an expression can do if each character could match.
+    """The worst case for a part of an expression, in which any character could match.
 
     Attributes:
-        ways: in how many ways it can match so many characters.
-        steps: how many of its steps end after so many characters. They count even if the part then does not match:
-            ``(a+)+b{450}`` matches no short names, and takes forever to see it.
+        ways: in how many ways it can match 0, 1, 2 ... characters.
+        steps: how many of its steps end after 0, 1, 2 ... characters. They count even if the part then does not match:
+            ``(a+)+b{450}`` matches no short names, but takes forever to find that out.
     """
 
     ways: _Numbers
@@ -31,12 +31,12 @@ class _Part(NamedTuple):
 
 
 def max_name_length(expression: str, min_length: int = 0) -> int:
-    """Return for which length of names matching takes at most some million steps, up to `MAX_NAME_LENGTH`.
+    """Return the maximum length of names that can be matched within `_MAX_STEPS`, at most `MAX_NAME_LENGTH`.
 
     Args:
         expression: a valid regular expression.
-        min_length: the least length that is of use. If a part of the expression alone takes too many steps for it, the
-            rest is not counted, which would take long, and the result is -1.
+        min_length: the minimum useful length. If a part of the expression already takes too many steps for it, counting
+            stops, since it would take long, and the result is -1.
     """
     parser = importlib.import_module("re._parser" if sys.version_info >= (3, 11) else "sre_parse")
     try:
@@ -51,7 +51,7 @@ class _TooManyError(Exception):
 
 
 class _Counter:
-    """Counts until there are too many steps for names of some length."""
+    """Counts steps, and stops if there are too many for names of a minimum length."""
 
     def __init__(self, min_length: int) -> None:
         self._min_length = min_length
@@ -76,13 +76,13 @@ class _Counter:
             return _Part(_limited(sum((part.ways for part in parts), start=np.zeros(MAX_NAME_LENGTH + 1))), steps)
         if operation in ("SUBPATTERN", "ATOMIC_GROUP"):
             return self.count_sequence(argument[-1] if operation == "SUBPATTERN" else argument)
-        if operation in ("ASSERT", "ASSERT_NOT"):  # tried once, and what it matches is then left again
+        if operation in ("ASSERT", "ASSERT_NOT"):  # tried once, and consumes nothing
             direction, body = argument
             steps = self.count_sequence(body).steps
-            if direction < 0:  # it goes back, where there are enough characters
+            if direction < 0:  # it looks back, where there are enough characters
                 steps = _no_characters() * steps.sum()
             return _Part(_no_characters(), self._checked(_no_characters() + steps))
-        if operation in ("AT", "GROUPREF"):  # how long a reference is, is not known: none is the worst case
+        if operation in ("AT", "GROUPREF"):  # the length of a reference is unknown; 0 is the worst case
             return _Part(_no_characters(), _no_characters())
         return _Part(np.roll(_no_characters(), 1), np.roll(_no_characters(), 1))
 
@@ -110,7 +110,7 @@ class _Counter:
 
 
 def _join(first: _Numbers, second: _Numbers) -> _Numbers:
-    """Return the numbers for two parts, one after the other, given those for each."""
+    """Return the numbers for a sequence of two parts, given the numbers for each."""
     return _limited(np.convolve(first, second)[: MAX_NAME_LENGTH + 1])
 
 

@@ -1,4 +1,4 @@
-"""Which diagnostics an analyzer takes, and what it calls them (no I/O)."""
+"""Decides which diagnostics belong to an analyzer, and under which names it reports them (no I/O)."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ class Matcher:
 
     Attributes:
         names: complete names, including those of expected items.
-        prefixes: what names may begin with.
-        parts: what names may contain.
+        prefixes: prefixes of names.
+        parts: substrings of names.
         patterns: regular expressions for complete names.
     """
 
@@ -34,12 +34,12 @@ class Matcher:
         )
 
     def __bool__(self) -> bool:
-        """Return whether there is anything that it could match."""
+        """Return whether it could match anything."""
         return bool(self.names or self.prefixes or self.parts or self.patterns)
 
 
 def join_path(base: str, name: str) -> str:
-    """Return the path of what has a name below a path; the path of the root is "/"."""
+    """Return the path of an item with the given name below a base path; the path of the root is "/"."""
     path = name if base == "/" else f"{base}/{name}"
     return path if path.startswith("/") else f"/{path}"
 
@@ -48,9 +48,9 @@ def output_name(name: str, removed_prefixes: Sequence[str]) -> str:
     """Return the last part of the name under which an item is reported.
 
     Args:
-        name: the name in /diagnostics, such as "driver: left/front". A slash separates the parts of a name in the tree,
-            so those in the name become spaces.
-        removed_prefixes: which prefixes to remove, with the colon and the spaces after them.
+        name: the name in /diagnostics, such as "driver: left/front". Its slashes become spaces, since slashes separate
+            the parts of a path in the tree.
+        removed_prefixes: prefixes to remove, together with the colon and the spaces after them.
     """
     result = name.replace("/", " ")
     for prefix in filter(None, removed_prefixes):

@@ -21,7 +21,7 @@ _MIN_RATE, _MAX_RATE = 0.01, 1000.0
 class AggregatorNode:
     """Receives /diagnostics, and publishes /diagnostics_agg and /diagnostics_toplevel_state.
 
-    Other nodes may add analyzers by the service /diagnostics_agg/add_diagnostics; see `AddedAnalyzers`.
+    Other nodes may add analyzers with the service /diagnostics_agg/add_diagnostics; see `AddedAnalyzers`.
 
     Args:
         node: the node.
@@ -45,7 +45,7 @@ class AggregatorNode:
         self._timer = node.timer(1.0 / parameters.number("pub_rate", 1.0, _MIN_RATE, _MAX_RATE), self._publish)
 
     def _receive(self, message: Any) -> None:
-        with self._lock:  # also while the time is read, so that nothing seems to come from the future
+        with self._lock:  # held while reading the time, so that no status appears to be from the future
             self._aggregator.receive(message.status, self._node.now().to_sec())
 
     def _publish(self, _: Any) -> None:

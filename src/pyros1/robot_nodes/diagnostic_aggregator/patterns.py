@@ -1,7 +1,7 @@
-"""Regular expressions for names that others choose, in bounded time (no I/O).
+"""Matches regular expressions with untrusted names in bounded time (no I/O).
 
-Python tries all ways in which an expression can match, and lets no other thread run meanwhile: ``(a+)+`` needs years to
-see that it does not match 50 times ``a`` and a ``b``. So the steps are counted beforehand.
+Python tries all ways in which an expression can match, and lets no other thread run meanwhile: for ``(a+)+``, it takes
+years to find out that 50 ``a`` followed by a ``b`` do not match. So the steps are counted beforehand.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from functools import lru_cache
 from pyros1.ground.errors import Error
 
 MIN_NAME_LENGTH = 40
-"""An expression that takes too long for names of this length is refused."""
+"""An expression that takes too long for names of this length is rejected."""
 MAX_EXPRESSION_LENGTH = 1000
 _CACHED_NAMES = 10_000
 
@@ -28,10 +28,10 @@ class NamePattern:
         expression: in Python's syntax.
 
     Attributes:
-        max_length: the maximum length of names, since longer ones would take too long; they do not match.
+        max_length: the maximum length of names. Longer ones would take too long, so they never match.
 
     Raises:
-        PatternError: it is not a regular expression, or takes too long.
+        PatternError: the expression is invalid, or takes too long to match.
     """
 
     def __init__(self, expression: str) -> None:

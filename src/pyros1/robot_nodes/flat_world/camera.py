@@ -1,4 +1,4 @@
-"""The images that robots see of a flat world (no I/O)."""
+"""Draws what robots' cameras see in a flat world (no I/O)."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _FLOOR, _CEILING, _ROBOT = (112, 104, 96), (206, 214, 224), (217, 71, 15)
 _WALL_X, _WALL_Y, _STRIPE = (196, 186, 164), (166, 156, 138), 0.82
 _STRIPES_PER_METRE = 2.0
 _HALF_LIGHT = 12.0
-"""Distance in m at which things are half as bright."""
+"""Distance in m at which objects are half as bright."""
 
 
 @dataclass(frozen=True)
@@ -21,10 +21,10 @@ class Camera:
     """A camera that looks ahead, without distortion.
 
     Attributes:
-        width, height: size of its pictures in pixels.
-        view: angle of view across in radians.
-        x, z: where it is on the robot, in m.
-        wall_height, robot_height: heights of what it sees, in m.
+        width, height: size of its images in pixels.
+        view: horizontal angle of view in radians.
+        x, z: its position on the robot in m.
+        wall_height, robot_height: heights of walls and robots in m.
         max_range: how far it sees, in m.
     """
 
@@ -39,7 +39,7 @@ class Camera:
 
     @property
     def focal_length(self) -> float:
-        """In pixels."""
+        """The focal length in pixels."""
         return self.width / 2 / tan(self.view / 2)
 
     @property
@@ -52,11 +52,11 @@ class Camera:
 def draw(
     camera: Camera, pose: Floats, distances: Floats, faces_x: NDArray[np.bool_], are_robots: NDArray[np.bool_]
 ) -> NDArray[np.uint8]:
-    """Return the image that a robot sees, as RGB with shape (height, width, 3).
+    """Return the image from a robot's camera, as RGB with shape (height, width, 3).
 
     Args:
         camera: the camera.
-        pose: x and y in m, heading in radians, of the robot.
+        pose: the robot's x and y in m, and its heading in radians.
         distances: the distances from `sensors.cast_rays` for `Camera.angles`, in m; shape (width,).
         faces_x: whether the walls face along x.
         are_robots: which columns show robots.
@@ -79,7 +79,7 @@ def draw(
 def _column_colours(
     directions: Floats, pose: Floats, distances: Floats, faces_x: NDArray[np.bool_], are_robots: NDArray[np.bool_]
 ) -> Floats:
-    """Return RGB with shape (width, 3): walls have stripes, so that one sees motion along them."""
+    """Return RGB with shape (width, 3). Walls have stripes, so that motion along them is visible."""
     along = np.where(faces_x, pose[1] + distances * np.sin(directions), pose[0] + distances * np.cos(directions))
     is_stripe = np.floor(along * _STRIPES_PER_METRE) % 2 == 0
     walls = np.where(faces_x[:, None], np.array(_WALL_X, float), np.array(_WALL_Y, float))

@@ -20,10 +20,10 @@ class Drive:
     Attributes:
         separation: distance between the wheels in m.
         wheel_radius: in m.
-        max_speed, max_turn: the robot's highest speeds.
+        max_speed, max_turn: the robot's maximum speeds.
         acceleration, turn_acceleration: how fast they change, in m/s² and rad/s².
-        slip: share of their way that wheels lose, on average; each wheel has its own, from 0 to twice that.
-        noise: standard deviation, in m, of the way of a wheel after 1 m.
+        slip: average fraction of the distance that wheels lose; each wheel has its own, from 0 to twice the average.
+        noise: standard deviation, in m, of the distance that a wheel moves after 1 m.
     """
 
     separation: float = 0.29
@@ -39,24 +39,24 @@ class Drive:
         """Return the speeds after `dt` seconds.
 
         Args:
-            speeds: current speed and turn rate; shape (n, 2).
-            wanted: the commanded ones.
+            speeds: current speeds and turn rates; shape (n, 2).
+            wanted: commanded speeds and turn rates.
             dt: seconds.
         """
         highest = np.array([self.max_speed, self.max_turn])
         change = np.array([self.acceleration, self.turn_acceleration]) * dt
         wanted = np.clip(wanted, -highest, highest)
         missing = wanted - speeds
-        # Not by adding what is missing, so that a robot really stands still in the end.
+        # Set the wanted speed instead of adding the difference, so that a robot stops exactly.
         return np.where(np.abs(missing) <= change, wanted, speeds + np.copysign(change, missing))
 
     def to_wheels(self, speeds: Floats) -> Floats:
-        """Return the ways or speeds of the left and right wheel in m or m/s, from those of the robots; shape (n, 2)."""
+        """Convert distances or speeds of robots to those of their left and right wheels in m or m/s; shape (n, 2)."""
         forward, turn = speeds[:, 0], speeds[:, 1] * self.separation / 2
         return np.stack([forward - turn, forward + turn], axis=1)
 
     def from_wheels(self, wheels: Floats) -> Floats:
-        """Return the ways or speeds of the robots, from those of their wheels."""
+        """Convert distances or speeds of wheels to those of the robots."""
         left, right = wheels[:, 0], wheels[:, 1]
         return np.stack([(left + right) / 2, (right - left) / self.separation], axis=1)
 
@@ -65,14 +65,14 @@ class Drive:
 
         Args:
             ways: how far they roll, in m; shape (n, 2).
-            slips: the share that each loses.
+            slips: the fraction of the distance that each wheel loses.
             random: for the noise.
         """
         moved: Floats = ways * (1 - slips) + random.standard_normal(ways.shape) * self.noise * np.sqrt(np.abs(ways))
         return moved
 
     def draw_slips(self, num_robots: int, random: np.random.Generator) -> Floats:
-        """Return a share for each wheel, with shape (num_robots, 2)."""
+        """Return a random slip for each wheel, with shape (num_robots, 2)."""
         return random.uniform(0, 2 * self.slip, (num_robots, 2))
 
 
@@ -81,10 +81,10 @@ def move(poses: Floats, ways: Floats) -> Floats:
 
     Args:
         poses: x and y in m, heading in radians; shape (n, 3).
-        ways: length of the arc in m, and the angle by which it turns, in radians; shape (n, 2).
+        ways: length of the arc in m, and change of heading along it in radians; shape (n, 2).
     """
     length, turn = ways[:, 0], ways[:, 1]
-    # The chord of the arc, which points half way between the headings at its ends.
+    # The arc's chord, whose direction is halfway between the headings at its ends.
     chord = length * np.sinc(turn / (2 * np.pi))
     middle = poses[:, 2] + turn / 2
     steps = np.stack([chord * np.cos(middle), chord * np.sin(middle), turn], axis=1)

@@ -20,7 +20,7 @@ _WHEEL_JOINTS = ["left_wheel_joint", "right_wheel_joint"]
 _OPTICAL_ANGLES = (-1.5707963267948966, 0.0, -1.5707963267948966)
 """Roll, pitch and yaw of a frame whose z points forward and x to the right (REP 103)."""
 _EXACT = 1e-9
-"""Variance of what is exact; some programs do not accept 0."""
+"""Variance of exact values; some programs do not accept 0."""
 
 
 class RobotTopics:
@@ -30,7 +30,7 @@ class RobotTopics:
         node: the node.
         world: the world.
         number: the robot's row in the world's arrays.
-        namespace: of its topics and frames, such as "robot1/"; may be empty.
+        namespace: the namespace of its topics and frames, such as "robot1/"; may be empty.
     """
 
     def __init__(self, node: Node, world: World, number: int, namespace: str) -> None:
@@ -62,7 +62,7 @@ class RobotTopics:
 
     @property
     def wants_scan(self) -> bool:
-        """Whether somebody subscribes to the laser's measurements."""
+        """Whether the laser scan has subscribers."""
         return bool(self._scan.num_connections)
 
     def publish_motion(self, stamp: Time) -> None:
@@ -100,10 +100,10 @@ class RobotTopics:
         return message
 
     def publish_scan(self, stamp: Time, ranges: Any, period: float) -> None:
-        """Publish what the laser measures.
+        """Publish a laser scan.
 
         Args:
-            stamp: when.
+            stamp: the time of the scan.
             ranges: in m; float32 with shape (rays,).
             period: seconds between scans.
         """
@@ -122,7 +122,7 @@ class RobotTopics:
         self._scan.publish(message)
 
     def publish_picture(self, stamp: Time) -> None:
-        """Publish what the camera sees."""
+        """Publish the camera's image and camera_info."""
         camera = self._world.settings.camera
         if self._image.num_connections:
             image = Image(height=camera.height, width=camera.width, encoding="rgb8", step=3 * camera.width)
@@ -148,7 +148,7 @@ class RobotTopics:
         return found
 
     def sensor_transforms(self, stamp: Time) -> list[Any]:
-        """Return where the sensors are on the robot."""
+        """Return the transforms from the robot's base to its sensors."""
         laser, camera = self._world.settings.laser, self._world.settings.camera
         optical = _make_transform(stamp, self._base_frame, self._camera_frame, (camera.x, 0.0, 0.0), camera.z)
         optical.transform.rotation = Quaternion(*from_angles(*_OPTICAL_ANGLES))
@@ -175,7 +175,7 @@ def _rotation(heading: float) -> Any:
 
 
 def _difference(pose: _Pose, other: _Pose) -> _Pose:
-    """Return the pose in which a frame must be, so that the pose `other` in that frame is `pose`."""
+    """Return the pose of the frame in which the pose `pose` is `other`."""
     turn = pose[2] - other[2]
     x = pose[0] - other[0] * cos(turn) + other[1] * sin(turn)
     y = pose[1] - other[0] * sin(turn) - other[1] * cos(turn)

@@ -1,4 +1,4 @@
-"""What robots measure: distances by laser, and their own motion (no I/O)."""
+"""Simulates sensors: laser scanners and IMUs (no I/O)."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class Laser:
         rays: number of rays.
         max_range, min_range: in m.
         noise: standard deviation of distances in m.
-        x, z: where it is on the robot, in m.
+        x, z: its position on the robot in m.
     """
 
     rays: int = 360
@@ -45,8 +45,8 @@ class Imu:
 
     Attributes:
         turn_noise: standard deviation of turn rates in rad/s.
-        turn_bias: standard deviation of their offsets, of which each robot has its own.
-        acceleration_noise: standard deviation in m/s².
+        turn_bias: standard deviation of the constant offset that each robot's turn rates have.
+        acceleration_noise: standard deviation of accelerations in m/s².
     """
 
     turn_noise: float = 0.005
@@ -61,11 +61,11 @@ def cast_rays(
 
     Args:
         walls: the walls.
-        poses: x and y in m, heading in radians, of the robots; shape (m, 3).
+        poses: the robots' x and y in m, and heading in radians; shape (m, 3).
         angles: directions of the rays from each robot, relative to its heading; shape (n,).
-        offset: how far in front of a robot's centre its rays begin, in m.
-        max_range: how far they go, in m.
-        discs: x and y of all robots; shape (k, 2). A ray that begins within a disc ignores it.
+        offset: how far in front of a robot's centre its rays start, in m.
+        max_range: maximum length of the rays in m.
+        discs: x and y of all robots; shape (k, 2). A ray that starts within a disc ignores it.
         radius: the robots' radius in m.
 
     Returns:
@@ -101,11 +101,11 @@ def _cast_to_discs(x: Floats, y: Floats, directions: Floats, max_range: float, d
 
 
 def blur_ranges(distances: Floats, laser: Laser, noise: Floats) -> NDArray[np.float32]:
-    """Return what a laser measures of distances: what is too near is at its minimum, what is too far is infinite.
+    """Return the ranges that a laser measures: at least its minimum range, and infinity beyond its maximum range.
 
     Args:
-        distances: in m; any shape.
-        laser: how exact it is.
+        distances: true distances in m; any shape.
+        laser: the laser, which defines the accuracy.
         noise: normally distributed numbers of the same shape.
     """
     noisy = distances + noise * laser.noise
@@ -120,7 +120,7 @@ def read_imus(
     Args:
         before, speeds: true speeds and turn rates, `dt` seconds ago and now; shape (n, 2).
         dt: seconds.
-        imu: how exact it is.
+        imu: the IMU, which defines the accuracy.
         biases: offsets of the turn rates; shape (n,).
         random: for the noise.
     """

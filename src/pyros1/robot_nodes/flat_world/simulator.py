@@ -1,8 +1,8 @@
-"""flat_world: simulates robots with two wheels in a flat world, which is made from a map.
+"""flat_world: simulates two-wheeled robots in a 2D world made from a map.
 
 For each robot, it has the topics ``cmd_vel``, ``odom``, ``scan``, ``imu/data``, ``camera/image_raw``,
-``camera/camera_info``, ``bumper``, ``joint_states`` and ``base_pose_ground_truth``; if there are several robots, in the
-namespaces robot1, robot2 and so on. It publishes /clock and /tf, and has the service ``reset_positions``.
+``camera/camera_info``, ``bumper``, ``joint_states`` and ``base_pose_ground_truth``; with several robots, they are in
+the namespaces robot1, robot2 and so on. It publishes /clock and /tf, and has the service ``reset_positions``.
 """
 
 from __future__ import annotations
@@ -29,10 +29,10 @@ from pyros1.tf import StaticTransformBroadcaster, TransformBroadcaster
 
 _NS_PER_STEP = 1_000_000_000 // STEPS_PER_SECOND
 _MAX_DELAY = 0.5
-"""Seconds by which the simulation may be late before time is lost."""
+"""If the simulation is late by more seconds, it no longer tries to catch up."""
 _REPORT_PERIOD = 30
 _MAX_RADIUS_IN_CELLS = 100
-"""Maximum radius of robots in cells, since all cells near a robot are checked."""
+"""Maximum radius of a robot in cells, since all cells near it are checked."""
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,7 @@ class Pace:
 
     Attributes:
         speed: simulated seconds per second; 0 for as many as the machine can do.
-        scan_steps, picture_steps: number of steps between scans, and between pictures.
+        scan_steps, picture_steps: number of steps between scans, and between images.
         has_map_frame: whether to publish the transform from map to odom.
     """
 
@@ -57,7 +57,7 @@ class Simulator:
     Args:
         node: the node, which must use wall time.
         world: the world.
-        pace: how fast and how often.
+        pace: the simulation's speed and rates.
     """
 
     def __init__(self, node: Node, world: World, pace: Pace) -> None:
@@ -83,7 +83,7 @@ class Simulator:
         return Time(*divmod(self._world.num_steps * _NS_PER_STEP, 1_000_000_000))
 
     def step(self) -> None:
-        """Let the world make a step, and publish what the robots measure."""
+        """Advance the world by one step, and publish the robots' measurements."""
         world, pace = self._world, self._pace
         if self._must_reset:
             self._must_reset = False
@@ -110,7 +110,7 @@ class Simulator:
 
     def run(self) -> None:
         """Simulate until the node shuts down."""
-        with suppress(NodeError):  # it shuts down during a step
+        with suppress(NodeError):  # raised if it shuts down during a step
             self._run()
 
     def _run(self) -> None:
@@ -134,7 +134,7 @@ def make_simulator(node: Node) -> Simulator:
     """Create a simulator as described by a node's private parameters.
 
     Raises:
-        Error: there is no map, or it has not enough room.
+        Error: there is no map, or it does not have enough free space.
     """
     values = PrivateParameters.of(node)
     path = values.text("map", "")
@@ -154,7 +154,7 @@ def make_simulator(node: Node) -> Simulator:
         noise=values.number("range_noise", Laser.noise, 0, 1),
     )
     speed = values.number("speed", Pace.speed, 0, 1000)
-    # Whatever commands the robot may be slower than simulated time: a person, a joystick.
+    # The robot's commands may come in real time, from a person or a joystick, while simulated time is faster.
     timeout = values.number("cmd_vel_timeout", Settings.command_timeout, 0.1) * max(1.0, speed)
     settings = Settings(command_timeout=timeout, drive=drive, laser=laser)
     seed = values.integer("seed", 0, 0)

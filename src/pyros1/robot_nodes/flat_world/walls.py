@@ -12,11 +12,11 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Flags = NDArray[np.bool_]
 _STRAIGHT = 1e-12
-"""Smallest part of a direction along an axis, so that nothing is divided by 0."""
+"""Minimum component of a direction along an axis, which prevents division by 0."""
 
 
 class Walls:
-    """Walls, as the occupied cells of a grid. Beyond the grid, everything is wall.
+    """Walls, which are the occupied cells of a grid. Everything beyond the grid is wall.
 
     Args:
         occupied: whether each cell is wall; shape (height, width), the row with the lowest y first.
@@ -27,20 +27,20 @@ class Walls:
     def __init__(self, occupied: Flags, resolution: float, origin: tuple[float, float] = (0.0, 0.0)) -> None:
         self.occupied = occupied
         self.resolution = resolution
-        # With a border of wall, no index is out of range.
+        # A border of wall keeps all indices in range.
         self._origin_x, self._origin_y = (value - resolution for value in origin)
         self._distances = chebyshev_distances(np.pad(occupied, 1, constant_values=True))
 
     def cast(self, x: Floats, y: Floats, angle: Floats, max_range: float) -> tuple[Floats, Flags]:
         """Cast rays.
 
-        Each step goes straight to the edge of the largest square of free cells around a ray's cell, so a ray takes few
-        steps, and finds the same cell as if it had gone from cell to cell.
+        Each step jumps to the edge of the largest square of free cells around a ray's cell, so a ray needs few steps,
+        and finds the same cell as if it went from cell to cell.
 
         Args:
             x, y: where the rays start, in m; shape (n,).
             angle: their directions in radians; shape (n,).
-            max_range: how far they go, in m.
+            max_range: their maximum length in m.
 
         Returns:
             The distances to the walls in m, infinite if there is none within `max_range`; and whether each wall was hit
@@ -87,13 +87,13 @@ class Walls:
         cells = self._clip(centres).astype(np.int64)
         reach = ceil(radius / self.resolution)
         hit: Flags = (cells != centres).any(axis=0)  # beyond the grid
-        # The others are beyond the grid, or too far from any wall.
+        # All others are beyond the grid, or too far from any wall.
         near = np.flatnonzero(~hit & (self._distances[cells[1], cells[0]] <= reach))
         if near.size:
             offsets = np.arange(-reach, reach + 1)
             columns = cells[0, near, None, None] + offsets[None, None, :]
             rows = cells[1, near, None, None] + offsets[None, :, None]
-            # The distances from the centre to the nearest point of each cell.
+            # The distances from the disc's centre to the nearest point of each cell.
             gap_x = _gap(centre_x[near, None, None], columns)
             gap_y = _gap(centre_y[near, None, None], rows)
             columns, rows = self._clip(np.stack(np.broadcast_arrays(columns, rows)))
@@ -103,7 +103,7 @@ class Walls:
         return hit
 
     def free_places(self, clearance: float) -> Floats:
-        """Return the centres of cells that are so far from all walls, in m, with shape (n, 2)."""
+        """Return the centres of cells that are at least this far from all walls, in m, with shape (n, 2)."""
         cells = np.argwhere(self._distances > ceil(clearance / self.resolution) + 1)[:, ::-1]
         places: Floats = (cells + 0.5) * self.resolution + np.array([self._origin_x, self._origin_y])
         return places
@@ -123,15 +123,15 @@ def _gap(centre: Floats, cells: Ints) -> Floats:
 
 
 def chebyshev_distances(occupied: Flags) -> Ints:
-    """Return how many cells each cell is away from the nearest occupied one, along x, y or the diagonals.
+    """Return each cell's distance from the nearest occupied cell, in steps along x, y or the diagonals.
 
     Args:
-        occupied: shape (height, width); at least one cell is.
+        occupied: which cells are occupied, at least one; shape (height, width).
     """
     height, width = occupied.shape
     columns = np.arange(width)
     distances = np.where(occupied, 0, height + width).astype(np.int64)
-    # Down, then up. A row gets what the one before it has, plus one; within it, distances spread by running minima.
+    # Down, then up. Distances spread from the previous row, plus one, and within a row by running minima.
     for rows in (distances, distances[::-1]):
         for number, row in enumerate(rows):
             if number:

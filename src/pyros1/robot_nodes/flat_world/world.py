@@ -1,4 +1,4 @@
-"""A flat world with robots in it (no I/O). With the same seed and commands, everything is the same.
+"""A flat world with robots in it (no I/O). The same seed and commands always give the same result.
 
 Arrays have a row for each robot.
 """
@@ -33,7 +33,7 @@ class Settings:
     Attributes:
         radius: the radius of the robots in m.
         command_timeout: seconds after which a robot stops without a new command.
-        drive, laser, imu, camera: their parts.
+        drive, laser, imu, camera: the robots' components.
     """
 
     radius: float = 0.2
@@ -45,7 +45,7 @@ class Settings:
 
 
 class _Random(IntEnum):
-    """The uses of random numbers. Each has its own generator, so they do not affect each other."""
+    """What random numbers are used for. Each use has its own generator, so they do not affect each other."""
 
     SLIPS = 0
     BIASES = 1
@@ -66,14 +66,14 @@ class World:
 
     Args:
         walls: the walls.
-        starts: where robots start: x and y in m, heading in radians; shape (n, 3).
-        settings: what the robots are like.
-        seed: makes worlds different.
+        starts: the robots' start poses: x and y in m, heading in radians; shape (n, 3).
+        settings: the properties of the robots.
+        seed: the seed for random numbers.
 
     Attributes:
-        num_steps: how many steps were made.
-        poses: where the robots are; shape (n, 3).
-        odometry: where they are according to their wheels, from where they started; shape (n, 3).
+        num_steps: the number of steps so far.
+        poses: the robots' poses; shape (n, 3).
+        odometry: their poses according to their wheels, relative to where they started; shape (n, 3).
         speeds: their true speeds (m/s) and turn rates (rad/s); shape (n, 2).
         wheel_speeds: the same according to their wheels.
         wheel_angles: how far the left and right wheels have turned, in radians; shape (n, 2).
@@ -105,7 +105,7 @@ class World:
         self._commands[robot] = _Command(speed, turn, self.num_steps)
 
     def step(self) -> None:
-        """Let `DT` seconds pass."""
+        """Advance the world by `DT` seconds."""
         drive = self.settings.drive
         self.num_steps += 1
         oldest = self.num_steps - 1 - self.settings.command_timeout * STEPS_PER_SECOND
@@ -126,28 +126,28 @@ class World:
         self.imus = read_imus(before, self.speeds, DT, self.settings.imu, self._biases, self._random(_Random.IMU))
 
     def _find_collisions(self, poses: Floats) -> NDArray[np.bool_]:
-        """Return which robots cannot go to poses."""
+        """Return which robots cannot move to the given poses."""
         old, radius = self.poses[:, :2], self.settings.radius
         held = self.walls.are_hit(poses[:, 0], poses[:, 1], radius)
         apart = _distances(old)
         while True:  # a blocked robot may be in the way of others
             places = np.where(held[:, None], old, poses[:, :2])
             between = _distances(places)
-            # Robots that overlap, since they started so, may part.
+            # Robots that overlapped at the start may move apart.
             hitting = ((between < 2 * radius) & (between < apart)).any(axis=1)
             if not (hitting & ~held).any():
                 return held
             held = held | hitting
 
     def scan(self, robots: Sequence[int]) -> NDArray[np.float32]:
-        """Return the distances that the lasers of robots, at least one, measure, in m; shape (len(robots), rays)."""
+        """Return the ranges that the lasers of one or more robots measure, in m; shape (len(robots), rays)."""
         laser = self.settings.laser
         found, _, _ = self._cast(robots, laser.angles, laser.x, laser.max_range)
         noise = np.stack([self._random(_Random.LASER, robot).standard_normal(laser.rays) for robot in robots])
         return blur_ranges(found, laser, noise)
 
     def picture(self, robot: int) -> NDArray[np.uint8]:
-        """Return what a robot's camera sees, as RGB with shape (height, width, 3)."""
+        """Return the image from a robot's camera, as RGB with shape (height, width, 3)."""
         camera = self.settings.camera
         found, faces_x, are_robots = self._cast([robot], camera.angles, camera.x, camera.max_range)
         return draw(camera, self.poses[robot], found[0], faces_x[0], are_robots[0])
@@ -171,17 +171,17 @@ def _distances(places: Floats) -> Floats:
 
 
 def find_starts(walls: Walls, count: int, radius: float, first: tuple[float, float, float], seed: int = 0) -> Floats:
-    """Return places for robots, with shape (count, 3): the first where it is wanted, the others anywhere.
+    """Return start poses for robots, with shape (count, 3). All but the first are random.
 
     Args:
         walls: the walls.
         count: number of robots.
         radius: their radius in m.
-        first: x and y in m, heading in radians, of the first robot; it gets another place if there is a wall.
-        seed: makes places different.
+        first: the first robot's x and y in m, and heading in radians; if there is a wall, its pose is random, too.
+        seed: the seed for random numbers.
 
     Raises:
-        Error: the map has not enough free places.
+        Error: the map does not have enough free places.
     """
     random = np.random.default_rng((seed, _Random.STARTS))
     starts = [] if walls.are_hit(np.array([first[0]]), np.array([first[1]]), radius)[0] else [first]

@@ -1,1 +1,1 @@
-"""image_proc: pictures of cameras without Bayer pattern and without distortion (https://wiki.ros.org/image_proc)."""
+"""image_proc: debayers and rectifies camera images (https://wiki.ros.org/image_proc)."""

@@ -1,4 +1,4 @@
-"""The geometry of a camera from its sensor_msgs/CameraInfo (no I/O); see https://wiki.ros.org/image_pipeline/CameraInfo."""
+"""A camera's geometry, from its sensor_msgs/CameraInfo (no I/O); see https://wiki.ros.org/image_pipeline/CameraInfo."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ class UncalibratedError(ImageError):
 
 @dataclass(frozen=True)
 class Camera:
-    """What is needed to rectify a camera's images; two of them are equal if the images are rectified in the same way.
+    """The properties that rectification needs. Cameras are equal if their images are rectified in the same way.
 
     Attributes:
         size: height and width of its images, in pixels.
         offset: y and x of the first pixel, in pixels of the binned full image.
-        model: the distortion's model.
-        distortion: its coefficients.
-        intrinsics, rotation, projection: nine numbers of 3 x 3 matrices, row by row; the first and the last one are for
+        model: the distortion model.
+        distortion: the distortion coefficients.
+        intrinsics, rotation, projection: 3 x 3 matrices as nine numbers, row by row; intrinsics and projection are for
             the binned full image.
     """
 
@@ -45,7 +45,7 @@ class Camera:
 
         Raises:
             UncalibratedError: it has no calibration.
-            ImageError: the distortion's model is unknown, or a number is not finite.
+            ImageError: the distortion model is unknown, or a number is not finite.
         """
         if info.K[0] == 0.0:
             raise UncalibratedError("the camera is uncalibrated: K in its camera_info is 0")
@@ -73,10 +73,10 @@ class Camera:
         return found
 
     def source_positions(self) -> tuple[Array, Array]:
-        """Return where each pixel of the rectified image is in the original one.
+        """Return the position in the original image of each pixel of the rectified image.
 
         Returns:
-            x and y in pixels, each of shape `size`; positions may be outside of the image.
+            x and y in pixels, each of shape `size`; positions may be outside the image.
 
         Raises:
             ImageError: the matrices cannot be inverted.
@@ -89,7 +89,7 @@ class Camera:
             back = np.linalg.inv(_matrix(self.projection) @ _matrix(self.rotation))
         except np.linalg.LinAlgError:
             raise ImageError("the matrices P and R of the camera_info cannot be inverted") from None
-        with np.errstate(all="ignore"):  # what is at infinity is outside of the image
+        with np.errstate(all="ignore"):  # points at infinity are outside the image
             x, y, w = (row[0] * u + row[1] * v + row[2] for row in back)
             x, y = self._distort(x / w, y / w)
         k = _matrix(self.intrinsics)
@@ -116,12 +116,12 @@ class Camera:
 
 
 def is_undistorted(info: Any) -> bool:
-    """Return whether a camera's images need no rectification: as in stock ROS, if all coefficients are 0."""
+    """Return whether a camera's images need no rectification, since all coefficients are 0 (as in stock ROS)."""
     return not any(info.D)
 
 
 def _scale(matrix: Any, binning_x: int, binning_y: int) -> tuple[float, ...]:
-    """Return a matrix, row by row, for an image that is smaller by these factors."""
+    """Return a 3 x 3 matrix, row by row, for an image that is smaller by these factors."""
     return (
         *(float(value) / binning_x for value in matrix[:3]),
         *(float(value) / binning_y for value in matrix[3:6]),

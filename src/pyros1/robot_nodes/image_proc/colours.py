@@ -1,6 +1,6 @@
-"""Images in other colours: from Bayer patterns and YUV to blue, green and red, and to grey (no I/O).
+"""Converts images with Bayer patterns or YUV to colour, and images to grey (no I/O).
 
-The results are those of OpenCV, with which stock converts; greys from Bayer patterns may differ by 2.
+The results are the same as OpenCV's, which stock uses, except that greys from Bayer patterns may differ by 2.
 """
 
 from __future__ import annotations
@@ -17,11 +17,11 @@ _RED, _GREEN, _BLUE = 9798, 19235, 3735
 
 
 def to_bgr(pixels: Array, encoding: Encoding) -> tuple[Array, str]:
-    """Return an image with a Bayer pattern or YUV in colours.
+    """Convert an image with a Bayer pattern or YUV to colour.
 
     Args:
         pixels: (height, width), or (height, width, 2) for YUV.
-        encoding: what they mean.
+        encoding: the encoding of the pixels.
 
     Returns:
         The colours of shape (height, width, 3), and "bgr8" or "bgr16".
@@ -35,17 +35,17 @@ def to_bgr(pixels: Array, encoding: Encoding) -> tuple[Array, str]:
 
 
 def to_mono(pixels: Array, encoding: Encoding) -> tuple[Array, str]:
-    """Return an image in grey.
+    """Convert an image to grey.
 
     Args:
-        pixels: an image with colours, a Bayer pattern or YUV.
-        encoding: what they mean.
+        pixels: an image in colour, with a Bayer pattern or YUV.
+        encoding: the encoding of the pixels.
 
     Returns:
         The greys of shape (height, width), and "mono8" or "mono16".
 
     Raises:
-        ImageError: the image is too small, or is of another kind.
+        ImageError: the image is too small, or has another encoding.
     """
     if encoding.is_yuv:
         return np.ascontiguousarray(pixels[..., _first_y(encoding)]), "mono8"
@@ -64,14 +64,14 @@ def to_mono(pixels: Array, encoding: Encoding) -> tuple[Array, str]:
 
 
 def demosaic(raw: Array, pattern: str) -> Array:
-    """Return the colours of an image with a Bayer pattern, by bilinear interpolation.
+    """Convert an image with a Bayer pattern to colour, by bilinear interpolation.
 
     Args:
         raw: brightnesses of shape (height, width), at least (3, 3), as uint8 or uint16.
         pattern: the colours of the first two pixels of the first and second row: "rggb", "bggr", "gbrg" or "grbg".
 
     Returns:
-        Blue, green and red of shape (height, width, 3) and the same type. The pixels at the border repeat their
+        Blue, green and red of shape (height, width, 3) and the same type. Pixels at the border are copies of their
         neighbours, as in OpenCV.
 
     Raises:
@@ -81,7 +81,7 @@ def demosaic(raw: Array, pattern: str) -> Array:
     if height < 3 or width < 3:
         raise ImageError(f"an image with a Bayer pattern must have 3 x 3 pixels or more, not {width} x {height}")
     bgr = np.empty((height, width, 3), raw.dtype)
-    # The means are computed for all pixels, though only some use each, since neighbours in memory are fast to add.
+    # Each mean is computed for all pixels, although only some use it, since adding neighbours in memory is fast.
     wide = raw.astype(np.uint16 if raw.dtype == np.uint8 else np.uint32)
     sides = wide[:, :-2] + wide[:, 2:]
     beside, above = sides[1:-1], wide[:-2, 1:-1] + wide[2:, 1:-1]
@@ -91,7 +91,7 @@ def demosaic(raw: Array, pattern: str) -> Array:
     for row in (0, 1):
         for column in (0, 1):
             colour = pattern[(1 + row) % 2 * 2 + (1 + column) % 2]
-            if colour == "g":  # a neighbour to the left has one of the other colours, one above has the last
+            if colour == "g":  # the left neighbour has one of the other two colours, the upper one has the other
                 side = pattern[(1 + row) % 2 * 2 + column % 2]
                 sources = {"g": inner, side: beside, _opposite(side): above}
             else:
@@ -104,7 +104,7 @@ def demosaic(raw: Array, pattern: str) -> Array:
 
 
 def _mean(sums: Array, count: int) -> Array:
-    """Return the means of 2 or 4 numbers, rounded up from one half, in place of their sums."""
+    """Replace sums of 2 or 4 numbers with their means, rounding halves up."""
     sums += count // 2
     sums >>= count // 2
     return sums
@@ -115,7 +115,7 @@ def _opposite(colour: str) -> str:
 
 
 def halve_bayer(raw: Array, pattern: str) -> Array:
-    """Return an image with a Bayer pattern in colours and half the size: each 2 x 2 pixels become one.
+    """Convert an image with a Bayer pattern to colour at half the size: each block of 2 x 2 pixels becomes one pixel.
 
     Args:
         raw: (height, width); an odd last row or column is left out.

@@ -1,4 +1,4 @@
-"""The inputs of camera nodes: images with their camera_info."""
+"""Subscriptions to images and their camera_info."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ def subscribe_camera(node: Node, image: str, callback: Callable[[Any, Any], obje
         node: the node.
         image: the images' topic.
         callback: called with image and camera_info.
-        queue_size: how many of each wait for the other.
+        queue_size: how many messages of each topic wait for the other.
 
     Returns:
-        Functions that end it.
+        Functions that end the subscriptions.
     """
     topics = {node.resolve(image): Image, info_topic(node, image): CameraInfo}
     inputs = [Subscriber(node, name, cls, queue_size=queue_size) for name, cls in topics.items()]
@@ -32,5 +32,5 @@ def subscribe_camera(node: Node, image: str, callback: Callable[[Any, Any], obje
 
 
 def info_topic(node: Node, image: str) -> str:
-    """Return the topic of the camera_info that belongs to images: it is in the same namespace."""
+    """Return the camera_info topic that belongs to an image topic: it is in the same namespace."""
     return node.resolve(node.resolve(image).rpartition("/")[0] + "/camera_info")

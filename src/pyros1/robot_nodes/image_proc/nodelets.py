@@ -1,6 +1,6 @@
-"""The nodes debayer and rectify (https://wiki.ros.org/image_proc): colours, greys, and images without distortion.
+"""The nodes debayer and rectify (https://wiki.ros.org/image_proc): colour, grey and rectified images.
 
-Each has a namespace of its own for its parameters, since ``image_proc`` runs several of them in one node.
+Each has its own namespace for parameters, since ``image_proc`` runs several of them in one node.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ _ALGORITHMS = {"Bilinear": _BILINEAR, "EdgeAware": 1, "EdgeAwareWeighted": 2, "V
 
 
 class Debayer:
-    """Publishes ``image_mono`` and ``image_color``, made of ``image_raw``.
+    """Converts ``image_raw`` to ``image_mono`` and ``image_color``.
 
     Args:
         node: the node.

@@ -1,4 +1,4 @@
-"""Images of ROS as numpy arrays (no I/O); encodings as in https://wiki.ros.org/cv_bridge."""
+"""Converts sensor_msgs/Image to and from numpy arrays (no I/O); encodings as in https://wiki.ros.org/cv_bridge."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class Encoding:
 
     @property
     def is_mono(self) -> bool:
-        """Whether it has one channel that is a brightness; as in stock ROS, images without colours count."""
+        """Whether it has one channel for brightness; as in stock ROS, this includes 8UC1 and 16UC1."""
         return self.name.startswith("mono") or self.name in ("8UC1", "16UC1")
 
     @property
@@ -54,7 +54,7 @@ class Encoding:
 
     @property
     def is_yuv(self) -> bool:
-        """Whether two neighbours share a colour (UYVY or YUY2): each pixel has two bytes."""
+        """Whether neighbouring pixels share their colour (UYVY or YUY2); each pixel has two bytes."""
         return self.name in _YUV
 
 
@@ -98,7 +98,7 @@ def to_array(image: Any) -> np.ndarray[Any, Any]:
     data = np.frombuffer(image.data, np.uint8, image.step * image.height)
     rows = data.reshape(image.height, image.step)[:, :row]
     if size > 1:
-        rows = np.ascontiguousarray(rows)  # numpy before 1.23 has no views of other types of what is not
+        rows = np.ascontiguousarray(rows)  # numpy before 1.23 needs this to view another type
     swapped = size > 1 and bool(image.is_bigendian) != (sys.byteorder == "big")
     pixels = rows.view(encoding.dtype.newbyteorder() if swapped else encoding.dtype)
     if swapped:

@@ -19,7 +19,7 @@ PATIENCE = 60.0
 
 
 def start_image_proc(node: Node) -> list[Any]:
-    """Start everything that makes ``image_mono``, ``image_color``, ``image_rect`` and ``image_rect_color``."""
+    """Start everything that publishes ``image_mono``, ``image_color``, ``image_rect`` and ``image_rect_color``."""
     if node.resolve("camera") != node.resolve("camera", remap=False):
         node.log.warn("remapping camera has no effect: start image_proc in the namespace %s", node.resolve("camera"))
     if node.namespace == "/":

@@ -1,4 +1,4 @@
-"""Moves the pixels of an image to where a map says (no I/O). The maps have 1/32 pixel, like OpenCV's."""
+"""Remaps the pixels of an image (no I/O). Maps have a resolution of 1/32 pixel, like OpenCV's."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ Array = np.ndarray[Any, Any]
 NEAREST, LINEAR = 0, 1
 _UNITS = 32
 _BLOCK = 40_000
-"""Pixels that are computed at a time, in whole rows: their numbers stay in the processor's cache."""
+"""Pixels that are computed at a time, in whole rows, so that they stay in the processor's cache."""
 
-# Three channels of 8 bits, each multiplied by weights of 10 bits, are blended at once in a number of 64 bits, whose
-# bytes are in this order on all machines. The channels begin at the bits 0, 22 and 46. So, of the sums, whose lower 10
-# bits are fractions, those of the second and the third are whole bytes; the first is one after a multiplication by 64.
+# Three channels of 8 bits, each multiplied by weights of 10 bits, are blended at once in a number of 64 bits, which is
+# little-endian on all machines. The channels begin at bits 0, 22 and 46. The lower 10 bits of each sum are fractions,
+# so the results of the second and third channel are whole bytes; that of the first is one after multiplying by 64.
 _PACKED = np.dtype("<u8")
 _SHIFT = np.uint64(64)
 _SECOND_TO_SHIFT, _THIRD_TO_SHIFT = 2, 5
@@ -24,11 +24,11 @@ _ROUNDING = np.uint64(_UNITS**2 // 2 * (1 + 2**22 + 2**46))
 
 
 class Remap:
-    """A precomputed map from pixels to places in an image. Pixels outside of the image are black.
+    """A precomputed map from pixels to positions in an image. Pixels outside the image are black.
 
     Args:
-        x, y: the places in pixels, of the same shape (height, width).
-        size: height and width of the images that it is for.
+        x, y: the positions in pixels, of the same shape (height, width).
+        size: height and width of the images to which it is applied.
         interpolation: `NEAREST` or `LINEAR`.
     """
 
@@ -41,7 +41,7 @@ class Remap:
         outside = (whole_x < -1) | (whole_x >= size[1]) | (whole_y < -1) | (whole_y >= size[0])
         self._places[outside] = (size[0] + 1) * self._row  # whose right, lower and lower right neighbours are black
         self._is_linear = interpolation == LINEAR
-        # Small numbers: to convert them each time takes no longer than to fetch large ones from memory.
+        # Small types: converting them each time takes no longer than fetching larger numbers from memory.
         self._weights = [
             ((_UNITS - fraction_x) * (_UNITS - fraction_y)).astype(np.uint16),
             (fraction_x * (_UNITS - fraction_y)).astype(np.uint16),
@@ -50,13 +50,13 @@ class Remap:
         ]
 
     def apply(self, pixels: Array) -> Array:
-        """Return the image that the map makes of another one.
+        """Return an image remapped.
 
         Args:
-            pixels: an array of shape (height, width) or (height, width, channels), with the size of this map.
+            pixels: an array of shape (height, width) or (height, width, channels), of the size for which this map is.
 
         Returns:
-            An array with the shape of the map, and as many channels of the same type.
+            An array with the shape of the map, and the same number and type of channels.
         """
         if pixels.ndim == 2:
             return self._apply_to_channel(pixels)
@@ -82,7 +82,7 @@ class Remap:
         return target
 
     def _apply_to_colours(self, pixels: Array) -> Array:
-        """Blend three channels of 8 bits at once, see above."""
+        """Blend three channels of 8 bits at once; see `_PACKED`."""
         padded = self._pad(_PACKED)
         inner, inner_bytes = padded[1 : self._size[0] + 1, 1:-1], _bytes(padded)[1 : self._size[0] + 1, 1:-1]
         part = np.zeros((_rows(pixels), self._size[1]), _PACKED)
@@ -105,8 +105,8 @@ class Remap:
         return np.zeros((self._size[0] + 3, self._row), dtype)
 
     def _blend(self, padded: Array, rounding: Any) -> Iterator[tuple[slice, Array]]:
-        """Generate the weighted sums of each pixel's four neighbours, plus a number: a few rows at a time, in an array
-        that is used again.
+        """Generate the weighted sums of each pixel's four neighbours, plus a rounding term: a few rows at a time, in an
+        array that is reused.
         """
         first, *others = self._weights
         source = padded.ravel()
@@ -115,7 +115,7 @@ class Remap:
         for rows in _blocks(self._places):
             places = self._places[rows]
             total, term = sums[: len(places)], terms[: len(places)]
-            # All places exist; this mode is the fastest way not to check them.
+            # All indices are valid; this mode is the fastest way to skip the check.
             source.take(places, out=total, mode="wrap")
             total *= first[rows]
             for neighbour, weights in zip(neighbours, others, strict=True):
@@ -143,7 +143,7 @@ def _bytes(numbers: Array) -> Array:
 
 
 def _split(positions: Array, size: int, interpolation: int) -> tuple[Array, Array]:
-    """Return the whole pixels of positions, and the fractions in 1/32; what is far outside of the image is at -2."""
+    """Split positions into whole pixels and fractions in 1/32 pixel; positions far outside the image become -2."""
     units = np.rint(positions * _UNITS)
     units[~((units > -_UNITS) & (units < size * _UNITS))] = -2 * _UNITS
     places = units.astype(np.intp)

@@ -1,4 +1,4 @@
-"""Images of another size (no I/O): as OpenCV's resize does it, up to rounding."""
+"""Resizes images (no I/O), with the same results as OpenCV's resize up to rounding."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ METHODS = {"NN": NEAREST, "Linear": LINEAR, "Cubic": CUBIC, "Lanczos4": LANCZOS}
 def resize(
     pixels: Array, height: int, width: int, method: int = LINEAR, steps: tuple[float, float] | None = None
 ) -> Array:
-    """Return an image in another size.
+    """Return an image resized.
 
     Args:
         pixels: an array of shape (height, width) or (height, width, channels).
         height, width: the new size, at least 1.
-        method: `NEAREST`; `AREA`, which is the mean of the pixels that become one where the image gets smaller by whole
-            factors; anything else is `LINEAR`.
-        steps: how many rows and columns of the image one of the new ones stands for; None if it is all of them. With
-            the inverses of factors by which a size was calculated and rounded, it may be a little more or less.
+        method: `NEAREST`; `AREA`, the mean of the pixels that become one, if the image shrinks by whole factors;
+            anything else is `LINEAR`.
+        steps: how many of the image's rows and columns correspond to one new one; None to use the exact ratio of the
+            sizes. Pass the inverses of the scale factors if the new size was computed from them and rounded.
     """
     rows, columns = pixels.shape[:2]
     if (rows, columns) == (height, width):
@@ -40,7 +40,7 @@ def resize(
     column, column_weight = _neighbours(columns, width, step_x)
     more = (1,) * (pixels.ndim - 2)
     across = column_weight.reshape(1, -1, *more)
-    # Rows first, since they are contiguous, and only those that are needed.
+    # Rows first, since they are contiguous, and only the needed ones.
     down = row_weight.reshape(-1, 1, *more)
     wide = pixels[row] * (1 - down) + pixels[np.minimum(row + 1, rows - 1)] * down
     narrow = wide[:, column] * (1 - across) + wide[:, np.minimum(column + 1, columns - 1)] * across
@@ -48,7 +48,7 @@ def resize(
 
 
 def decimate(pixels: Array, factor_y: int, factor_x: int, method: int) -> Array:
-    """Return an image that is smaller by whole factors; what is left of the last pixels is left out."""
+    """Return an image shrunk by whole factors; remaining pixels at the end are dropped."""
     height, width = pixels.shape[0] // factor_y, pixels.shape[1] // factor_x
     pixels = pixels[: height * factor_y, : width * factor_x] if method == AREA else pixels
     if method == NEAREST:
@@ -62,7 +62,7 @@ def _nearest(size: int, new_size: int, step: float) -> Array:
 
 
 def _neighbours(size: int, new_size: int, step: float) -> tuple[Array, Array]:
-    """Return the first of the two pixels between which each new one is, and how near it is to the second one."""
+    """Return, for each new pixel, the first of the two pixels between which it lies, and the weight of the second."""
     positions = np.clip((np.arange(new_size) + 0.5) * step - 0.5, 0, size - 1)
     first = positions.astype(np.intp)
     return first, (positions - first).astype(np.float32)

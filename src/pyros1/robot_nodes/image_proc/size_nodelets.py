@@ -1,4 +1,4 @@
-"""The nodes resize and crop_decimate (https://wiki.ros.org/image_proc): images with fewer pixels, and of parts."""
+"""The nodes resize and crop_decimate (https://wiki.ros.org/image_proc)."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _MAX_SIZE = 2**31 - 1
 
 
 class Resize:
-    """Publishes ``~image`` and ``~camera_info``, made of ``image`` and ``camera_info``.
+    """Converts ``image`` and ``camera_info`` to ``~image`` and ``~camera_info``.
 
     Args:
         node: the node, whose private parameters configure it.
@@ -74,7 +74,7 @@ class Resize:
 
 
 class CropDecimate:
-    """Publishes ``camera_out/image_raw`` and its ``camera_info``, made of ``camera/image_raw`` and ``camera_info``.
+    """Converts ``camera/image_raw`` and its ``camera_info`` to ``camera_out/image_raw`` and its ``camera_info``.
 
     Args:
         node: the node, whose private parameters configure it.

@@ -1,4 +1,4 @@
-"""What resize and crop_decimate make of an image and its camera_info (no I/O)."""
+"""Resizes and crops images together with their camera_info (no I/O)."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ class Scaling:
     """The parameters of resize.
 
     Attributes:
-        use_scale: whether the factors count; else the size does.
-        scale_width, scale_height: factors.
+        use_scale: whether to use the scale factors instead of the size.
+        scale_width, scale_height: the scale factors.
         width, height: the new size in pixels; -1 for the image's.
         interpolation: see ``resample``.
     """
@@ -49,7 +49,7 @@ class Scaling:
         return height, width
 
     def apply_to_image(self, image: Any) -> Any:
-        """Return a sensor_msgs/Image in the new size.
+        """Return a sensor_msgs/Image resized.
 
         Raises:
             ImageError: the image cannot be resized.
@@ -95,7 +95,8 @@ class Crop:
 
     Attributes:
         decimation_x, decimation_y: how many pixels become one.
-        x_offset, y_offset, width, height: the part of the image that is kept, in pixels; 0 for all the rest.
+        x_offset, y_offset, width, height: the part of the image to keep, in pixels; a width or height of 0 means up to
+            the image's edge.
         interpolation: see ``resample``.
     """
 
@@ -108,13 +109,13 @@ class Crop:
     interpolation: int = NEAREST
 
     def apply(self, image: Any, info: Any) -> tuple[Any, Any]:
-        """Return an image's part with fewer pixels, and its camera_info.
+        """Return an image cropped and decimated, and its camera_info.
 
         Raises:
-            ImageError: the part is outside of the image, or the image cannot be decimated.
+            ImageError: the part is outside the image, or the image cannot be decimated.
         """
         encoding = parse_encoding(image.encoding)
-        # In images with a Bayer pattern or YUV, pixels belong together in pairs.
+        # In images with a Bayer pattern or YUV, pixels form pairs.
         even = -2 if encoding.bayer or encoding.is_yuv else -1
         x, y = self.x_offset & even, self.y_offset & even
         if x >= image.width or y >= image.height:

@@ -1,7 +1,7 @@
 """Converts positions on Earth to the robot's world frame, and back. Does no I/O.
 
-The transform between a grid, which is UTM or a plane, and the world frame follows from the first fix and the robot's
-pose and heading at that time; or from a datum, which is the place on Earth of the world frame's origin.
+The transform between a grid (UTM or a plane) and the world frame is computed from the first fix and the robot's pose
+and heading at that time, or from a datum, which is the position of the world frame's origin on Earth.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ class Heading:
 
     Attributes:
         declination: the magnetic declination, if the IMU's heading is from magnetic north.
-        yaw_offset: what the IMU reports when it faces east, negative.
+        yaw_offset: the negative of what the IMU reports when it faces east.
     """
 
     declination: float = 0.0
@@ -52,7 +52,7 @@ class Georeference:
     flat: bool
 
     def to_world(self, latitude: float, longitude: float, altitude: float) -> tuple[float, float, float]:
-        """Return the position in the world frame, in metres, of degrees and an altitude in metres.
+        """Return the position in the world frame, in metres, of a place given in degrees, with its altitude in metres.
 
         Raises:
             UtmError: see `Grid.forward`.
@@ -65,7 +65,7 @@ class Georeference:
         """Return latitude and longitude in degrees, and the altitude in metres, of a position in the world frame.
 
         Raises:
-            UtmError: it is too far away.
+            UtmError: the position is too far away.
         """
         easting, northing, altitude, *_ = multiply(invert(self.pose), (x, y, z, *IDENTITY[3:]))
         check_metres(easting, northing, altitude)
@@ -78,15 +78,15 @@ class Navsat:
     Args:
         heading: corrections of the heading.
         flat: whether altitudes in the world frame are 0.
-        uses_odometry_yaw: whether the heading is that of the odometry, instead of an IMU's.
+        uses_odometry_yaw: whether to use the odometry's heading, not an IMU's.
         uses_plane: whether the grid is a plane that touches the Earth at the first fix or datum, instead of UTM.
-        waits_for_datum: whether `set_datum` gives the transform, instead of the first fix.
-        find_frame: finds the frames of the IMU and the receiver on the robot.
-        world, base: the frames until an odometry names them.
+        waits_for_datum: whether `set_datum` defines the transform, not the first fix.
+        find_frame: looks up the frames of the IMU and the receiver on the robot.
+        world, base: names of the frames until an odometry message names them.
 
     Attributes:
-        georeference: the transform, as soon as it is known.
-        world, base: the frames of the odometry.
+        georeference: the transform; None until it is known.
+        world, base: names of the frames in the odometry messages.
     """
 
     def __init__(
@@ -118,11 +118,11 @@ class Navsat:
 
     @property
     def has_odometry(self) -> bool:
-        """Whether an odometry has been received, so that the frames are known."""
+        """Whether an odometry message has been received, so that the names of the frames are known."""
         return self._odometry is not None
 
     def add_odometry(self, odometry: Any) -> None:
-        """Use a nav_msgs/Odometry; those with numbers that are not finite are ignored."""
+        """Use a nav_msgs/Odometry, unless its pose is not finite."""
         pose = pose_tuple(odometry.pose.pose)
         if not all(map(isfinite, pose)):
             return
@@ -132,10 +132,10 @@ class Navsat:
             self._orientation = pose[3:]
 
     def add_fix(self, fix: Any) -> None:
-        """Use a sensor_msgs/NavSatFix, unless it is none.
+        """Use a sensor_msgs/NavSatFix, unless it has no fix.
 
         Raises:
-            UtmError: it is not on Earth, or too far from the zone of the first one.
+            UtmError: the fix is not on Earth, or too far from the zone of the first one.
         """
         if fix.status.status == _NO_FIX or not all(map(isfinite, (fix.latitude, fix.longitude, fix.altitude))):
             return
@@ -146,8 +146,8 @@ class Navsat:
         self._fix, self._fix_is_new = fix, True
 
     def add_imu(self, imu: Any) -> None:
-        """Use the orientation of a sensor_msgs/Imu. It is ignored before the first odometry, which names the robot's
-        frame.
+        """Use the orientation of a sensor_msgs/Imu. It is ignored before the first odometry message, which names the
+        robot's frame.
         """
         if self._odometry is None or self._uses_odometry_yaw:
             return
@@ -157,10 +157,10 @@ class Navsat:
             self._orientation = Mount(frame).robot_orientation(orientation)[3:]
 
     def set_datum(self, latitude: float, longitude: float, altitude: float, orientation: Quaternion) -> None:
-        """Set where on Earth the origin of the world frame is, and the direction of its x axis, east of which is 0.
+        """Set the position of the world frame's origin on Earth, and the direction of its x axis (0 is east).
 
         Raises:
-            UtmError: there is no UTM there, or a number is not finite.
+            UtmError: UTM is not defined there, or a number is not finite.
         """
         check_metres(altitude)
         if not all(map(isfinite, orientation)):
@@ -170,7 +170,7 @@ class Navsat:
         self._datum = latitude, longitude, altitude, orientation
 
     def set_zone(self, name: str) -> None:
-        """Use a UTM zone, such as ``31U``, whichever the robot is in. Places in the world frame stay where they are.
+        """Use a UTM zone, such as ``31U``, even if the robot is in another one. The world frame does not move.
 
         Raises:
             UtmError: there is no such zone, the robot is too far from it, or UTM is not used.
@@ -187,10 +187,10 @@ class Navsat:
         self._zone = zone
 
     def start(self) -> bool:
-        """Find the transform if all that it needs has been received. Return whether it was found by this call.
+        """Compute the transform if everything needed for it has been received. Return whether this call computed it.
 
         Raises:
-            UtmError: the robot is too far from the zone of `set_zone`, or its odometry from the Earth.
+            UtmError: the robot is too far from the zone of `set_zone`, or the odometry's position is not on Earth.
         """
         if self.georeference is not None:
             return False
@@ -208,8 +208,9 @@ class Navsat:
         return True
 
     def make_odometry(self) -> Any:
-        """Return the last fix as a nav_msgs/Odometry with the robot's position in its world frame; None if there is no
-        new fix, or no odometry since the last one.
+        """Return the last fix as a nav_msgs/Odometry with the robot's position in its world frame.
+
+        Returns None unless there are a new fix and new odometry.
 
         Raises:
             UtmError: the fix is too far from the zone of a datum.
@@ -237,7 +238,7 @@ class Navsat:
         """Return the last odometry as a sensor_msgs/NavSatFix; None if there is no new one.
 
         Raises:
-            UtmError: the odometry is too far away.
+            UtmError: the odometry's position is too far away.
         """
         if self.georeference is None or not self._odometry_is_new or self._odometry is None:
             return None
@@ -259,7 +260,7 @@ class Navsat:
         return LocalPlane(latitude, longitude, altitude)
 
     def _receiver_offset(self) -> Array | None:
-        """Return where on the robot the receiver is (3,), or None if that is not known."""
+        """Return the receiver's position on the robot (3,), or None if it is unknown."""
         name = self._fix.header.frame_id
         frame = self._find_frame(self.base, name, self._fix.header.stamp.to_nsec()) if name else None
         return None if frame is None else frame.offset
@@ -278,5 +279,5 @@ class Navsat:
         on_grid = (x, y, z, *from_angles(0.0, 0.0, yaw))
         level = (*world[:3], *from_angles(0.0, 0.0, to_angles(world[3:])[2]))
         reference = Georeference(grid, multiply(level, invert(on_grid)), self._flat)
-        reference.to_earth(0.0, 0.0, 0.0)  # not if the odometry is too far away
+        reference.to_earth(0.0, 0.0, 0.0)  # raises if the odometry's position is too far away
         return reference

@@ -1,4 +1,4 @@
-"""navsat_transform_node: a robot's position by GPS, in the frame of its odometry.
+"""navsat_transform_node: publishes a robot's GPS position in the frame of its odometry.
 
 See https://docs.ros.org/en/noetic/api/robot_localization/html/navsat_transform_node.html.
 """
@@ -83,7 +83,7 @@ class NavsatNode:
         node.timer(1.0 / parameters.number("frequency", 10.0, 0.01, 10_000.0), lambda event: self.update())
 
     def update(self) -> None:
-        """Find the transform if it is not known, and publish what is new."""
+        """Compute the transform if it is not known yet, and publish new positions."""
         with self._lock:
             if not self._started_at:  # simulated time has not begun
                 self._started_at = self._node.now()
@@ -91,7 +91,7 @@ class NavsatNode:
                 return
             if self._attempt(self._navsat.start, "there is no transform yet: %s"):
                 self._is_new = True
-            # With a datum, the transform is known before an odometry has named the frame.
+            # With a datum, the transform is known before an odometry message has named the frame.
             if self._is_new and self._navsat.has_odometry:
                 self._is_new = False
                 self._announce()
@@ -154,7 +154,7 @@ class NavsatNode:
     def _on_fix(self, message: Any) -> None:
         if not message.header.frame_id:
             self._node.log.warn(
-                "fixes have no frame_id: the receiver is taken to be at the robot's origin", throttle=60
+                "fixes have no frame_id: the receiver is assumed to be at the robot's origin", throttle=60
             )
         try:
             with self._lock:
@@ -204,18 +204,18 @@ class NavsatNode:
             reference = self._navsat.georeference
         if reference is None:
             raise ServiceRefusal(
-                "it is not known yet where the robot is: a fix, odometry and IMU, or a datum, is missing"
+                "the robot's position is not known yet: it needs a fix, odometry and IMU data, or a datum"
             )
         return reference
 
 
 def _either(parameters: PrivateParameters, name: str) -> bool:
-    """Return a flag that has an old name, with utm, and a new one, with cartesian."""
+    """Return a flag whose parameter has an old name, with utm, and a new one, with cartesian."""
     return parameters.flag(name.format("utm"), parameters.flag(name.format("cartesian"), False))
 
 
 def _angle(node: Node, parameters: PrivateParameters, name: str) -> float:
-    """Return an angle in radians; warn if it seems to be in degrees, with which the robot would drive anywhere."""
+    """Return an angle in radians; warn if it seems to be in degrees, since the robot would then drive anywhere."""
     angle = parameters.number(name, 0.0)
     if abs(angle) > tau:
         node.log.warn("the parameter %s/%s is in radians: %g is more than a turn. Degrees?", node.name, name, angle)

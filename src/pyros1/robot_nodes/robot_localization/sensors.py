@@ -1,7 +1,7 @@
-"""Turns what sensors report into measurements of the filter's state: frames, masks and covariances. Pure.
+"""Converts sensor data to measurements of the filter's state: frames, masks and covariances. Pure.
 
-Each sensor has a configuration of 15 bools, in the order of the state, which says what of it is used. They are meant in
-the sensor's frame; rotated to the filter's frame, a used axis can lead to several.
+Each sensor has a configuration of 15 bools, in the order of the state, which select the variables to use. They refer to
+the sensor's frame; after rotation to the filter's frame, one selected axis can affect several.
 """
 
 from __future__ import annotations
@@ -36,21 +36,21 @@ _FLAT_VARIANCE = 1e-6
 _MIN_MASK = 1e-6
 _NO_ROTATION: Quaternion = (0.0, 0.0, 0.0, 1.0)
 _FLAT = [Z, ROLL, PITCH, VZ, VROLL, VPITCH, AZ]
-"""The variables that are 0 for a robot that moves in a plane."""
+"""The variables that are 0 if the robot moves in a plane."""
 
 
 class Frame:
-    """A sensor's frame, as it is in the frame that its data are converted to.
+    """The pose of a sensor's frame in the frame to which its data is converted.
 
     Args:
-        transform: the pose of the sensor's frame.
+        transform: the pose.
 
     Attributes:
-        transform: the same.
-        rotation: its rotation as a matrix (3, 3).
-        blocks: the same twice (6, 6), for a pose or twist.
+        transform: the pose.
+        rotation: its rotation matrix (3, 3).
+        blocks: the rotation matrix twice on the diagonal (6, 6), for a pose or twist.
         offset: its position (3,).
-        is_identity: whether nothing has to be converted.
+        is_identity: whether no conversion is needed.
     """
 
     def __init__(self, transform: Transform = IDENTITY) -> None:
@@ -62,21 +62,21 @@ class Frame:
 
 
 FindFrame = Callable[[str, str, int], Frame | None]
-"""Returns the pose of the second frame in the first at a time in nanoseconds, or None if it is not known."""
+"""Returns the pose of the second frame in the first at a time in nanoseconds, or None if it is unknown."""
 
 
 class Part:
-    """What is used of one part of a sensor's messages: its pose, twist or acceleration.
+    """One part of a sensor's messages: the pose, twist or acceleration.
 
     Args:
         name: the sensor, such as ``odom0``.
         mask: which of the 15 variables are used (15,), in the sensor's frame.
-        threshold: the Mahalanobis distance from which on a measurement is rejected.
+        threshold: measurements are rejected at this Mahalanobis distance or beyond it.
         flat: whether the robot moves in a plane (``two_d_mode``).
     """
 
     variables = slice(0, SIZE)
-    """Those that such a part can measure."""
+    """The variables that this kind of part can measure."""
 
     def __init__(self, name: str, mask: Mask, threshold: float = inf, flat: bool = False) -> None:
         self.name, self.mask, self.threshold, self.flat = name, mask, threshold, flat
@@ -84,14 +84,14 @@ class Part:
         self._choice = _Choice(mask, self.variables, flat)
 
     def measure(self, time: int, values: Array, covariance: Array, frame: Frame) -> Measurement | None:
-        """Return a measurement of what is used and finite; None if that is nothing.
+        """Return a measurement of the used variables that are finite; None if there are none.
 
         Args:
             time: the time in nanoseconds.
-            values: the values of the part's variables, converted (k,).
-            covariance: their covariance (k, k). What is made of it is kept for when the same array comes again, so it
-                must not be changed.
-            frame: the frame that they were converted from.
+            values: the converted values of the part's variables (k,).
+            covariance: their covariance (k, k). The result is cached for the next time the same array is passed, so the
+                array must not be changed.
+            frame: the frame from which they were converted.
         """
         if frame is not self._frame:  # it stays the same for nearly all sensors
             self._frame, self._choice = frame, _Choice(rotate_mask(self.mask, frame), self.variables, self.flat)
@@ -103,15 +103,15 @@ class Part:
 
 
 class _Choice:
-    """Chooses values and covariances of a part.
+    """Selects the used values and covariances of a part.
 
     Args:
-        mask: the variables that are used (15,).
-        variables: those that the part measures.
+        mask: the used variables (15,).
+        variables: the variables that the part measures.
         flat: whether the robot moves in a plane.
 
     Attributes:
-        indices: the variables of the measurement (k,).
+        indices: the variables in the measurement (k,).
     """
 
     def __init__(self, mask: Mask, variables: slice, flat: bool) -> None:
@@ -127,7 +127,7 @@ class _Choice:
         self._chosen: Array | None = None
 
     def without(self, unknown: Mask) -> _Choice:
-        """Return the choice without some of the part's variables."""
+        """Return a choice without some of the part's variables."""
         mask, variables, flat = self._arguments
         mask = mask.copy()
         mask[variables] &= ~unknown
@@ -135,7 +135,7 @@ class _Choice:
 
     def apply(self, values: Array, covariance: Array) -> tuple[Array, Array] | None:
         """Return the values (k,) and covariance (k, k) of the measurement; None if there is none."""
-        if covariance is not self._covariance:  # sensors send the same again and again
+        if covariance is not self._covariance:  # it rarely changes
             self._covariance, self._chosen = covariance, self._choose(covariance)
         if self._chosen is None:
             return None
@@ -162,7 +162,7 @@ class _Choice:
 
 
 def matrix(quaternion: Quaternion) -> Array:
-    """Return the rotation matrix (3, 3) of a quaternion, which is normalised."""
+    """Return the rotation matrix (3, 3) of a quaternion, which is normalized first."""
     x, y, z, w = unit(quaternion)
     return np.array(
         [
@@ -174,7 +174,7 @@ def matrix(quaternion: Quaternion) -> Array:
 
 
 def unit(quaternion: Quaternion) -> Quaternion:
-    """Return a quaternion of length 1; if it is 0, as in messages that nobody filled in, the one without rotation."""
+    """Return a quaternion normalized to length 1; the identity if it is 0, as in messages that were not filled in."""
     x, y, z, w = quaternion
     length = hypot(x, y, z, w)
     return (x / length, y / length, z / length, w / length) if length > 0.0 else _NO_ROTATION
@@ -193,7 +193,7 @@ class TwistPart(Part):
             twist: linear and angular velocity (6,).
             covariance: its covariance (6, 6).
             frame: the sensor's frame on the robot.
-            angular: the robot's estimated angular velocity (3,), which moves a sensor that is off the centre.
+            angular: the robot's estimated angular velocity (3,), which moves a sensor that is not at the centre.
         """
         if not frame.is_identity:
             twist, covariance = frame.blocks @ twist, frame.blocks @ covariance @ frame.blocks.T
@@ -223,9 +223,9 @@ class AccelerationPart(Part):
             acceleration: the acceleration (3,).
             covariance: its covariance (3, 3).
             frame: the IMU's frame on the robot.
-            angular: the robot's estimated angular velocity (3,), which accelerates an IMU that is off the centre.
+            angular: the robot's estimated angular velocity (3,), which accelerates an IMU that is not at the centre.
             to_world: the rotation (3, 3) from the IMU's frame to the world, to remove gravity; None to keep it.
-            gravity: what an IMU at rest measures upwards, in m/s².
+            gravity: the upward acceleration that an IMU at rest measures, in m/s².
         """
         if to_world is not None:
             acceleration = acceleration - gravity * to_world[2]
@@ -237,7 +237,7 @@ class AccelerationPart(Part):
 
 
 class PosePart(Part):
-    """The pose of a sensor: the robot's, in the sensor's world."""
+    """The pose part of a sensor's messages: the robot's pose in the sensor's world frame."""
 
     variables = slice(0, 6)
 
@@ -248,7 +248,7 @@ class PosePart(Part):
             time: the time in nanoseconds.
             pose: the pose.
             covariance: its covariance (6, 6).
-            frame: the sensor's world in the filter's.
+            frame: the sensor's world frame in the filter's world frame.
         """
         if not frame.is_identity:
             pose, covariance = multiply(frame.transform, pose), frame.blocks @ covariance @ frame.blocks.T
@@ -263,7 +263,7 @@ def cross(a: Array, b: Array) -> Array:
 
 
 def rotate_mask(mask: Mask, frame: Frame) -> Mask:
-    """Return a mask (15,) of the variables to which those in a mask (15,) contribute after a frame's rotation."""
+    """Rotate a mask (15,): return the mask (15,) of the variables that depend on the selected ones after a rotation."""
     if frame.is_identity:
         return mask
     rotated = np.zeros(SIZE, bool)
@@ -279,9 +279,9 @@ class Mount:
         frame: the IMU's frame on the robot.
 
     Attributes:
-        frame: the same.
-        turn: its yaw, by which what an IMU calls roll and pitch is turned. Its own roll and pitch do not change which
-            axis of the robot is which.
+        frame: the IMU's frame on the robot.
+        turn: the frame's yaw only, by which the IMU's roll and pitch axes are rotated. The frame's roll and pitch do
+            not change which axis is which.
     """
 
     def __init__(self, frame: Frame) -> None:
@@ -292,7 +292,7 @@ class Mount:
         self._from_robot = invert((0.0, 0.0, 0.0, *unit(frame.transform[3:])))
 
     def robot_orientation(self, orientation: Quaternion) -> Transform:
-        """Return the robot's orientation in the world, without a position, from that of the IMU."""
+        """Return the robot's orientation in the world, given the IMU's. The position is 0."""
         return multiply((0.0, 0.0, 0.0, *unit(orientation)), self._from_robot)
 
 
@@ -323,13 +323,13 @@ class PoseHistory:
         seconds = (time - last[0]) * 1e-9
         x, y, z, *rotation = multiply(invert(last[1]), pose)
         angles = to_angles((rotation[0], rotation[1], rotation[2], rotation[3]))
-        # The original's covariance, for which the parameters of robots were tuned; the velocity's would be divided by
-        # the time twice.
+        # This is the original's covariance, for which robots' parameters were tuned. The correct one for a velocity
+        # would be divided by the time twice.
         return np.array((x, y, z, *angles)) / seconds, (covariance + last[2]) * seconds
 
 
 def velocity_mask(mask: Mask) -> Mask:
-    """Return which velocities are used (15,) of a sensor whose poses are used as differences."""
+    """Return the mask (15,) of the velocities that a sensor with ``_differential`` measures, given the pose's mask."""
     velocities = np.zeros(SIZE, bool)
     velocities[6:12] = mask[:6]
     return velocities

@@ -28,17 +28,17 @@ _USED_BY_KIND = {"odom": slice(0, 12), "pose": slice(0, 6), "twist": slice(6, 12
 
 @dataclass(frozen=True)
 class SensorSettings:
-    """The parameters of a sensor: those that begin with its name.
+    """The parameters of a sensor, whose names begin with the sensor's.
 
     Attributes:
         kind: odom, pose, twist or imu.
         name: such as ``odom0``.
         topic: its topic.
-        mask: what of it is used (15,).
+        mask: which variables are used (15,).
         queue_size, nodelay: for the subscription.
-        differential, relative: whether its pose is used as a velocity, or relative to its first one.
-        pose_threshold, twist_threshold, acceleration_threshold: the Mahalanobis distances from which on it is rejected.
-        removes_gravity: whether its accelerations include gravity, which is removed.
+        differential, relative: whether to use its pose as a velocity, or relative to its first one.
+        pose_threshold, twist_threshold, acceleration_threshold: Mahalanobis distances at which it is rejected.
+        removes_gravity: whether to remove gravity from its accelerations.
     """
 
     kind: str
@@ -98,8 +98,8 @@ def read_settings(parameters: PrivateParameters, prefix: str = "") -> Settings:
     """Read the parameters.
 
     Args:
-        parameters: the node's private parameters; what cannot be used is reported there.
-        prefix: the ``tf_prefix``, which is put before the names of the frames.
+        parameters: the node's private parameters, which also report invalid values.
+        prefix: the ``tf_prefix`` for the names of the frames.
     """
     frequency = parameters.number("frequency", 30.0, 0.01, 10_000.0)
     sensor_timeout = parameters.number("sensor_timeout", 1.0 / frequency, 0.0)

@@ -1,7 +1,7 @@
 """The unscented Kalman filter of ukf_localization_node. Pure.
 
-It predicts how states around the estimate change, where the extended filter uses derivatives of the motion model. What
-is measured are variables of the state, so measurements correct it as in the extended filter.
+It predicts how states around the estimate change, whereas the extended filter uses derivatives of the motion model.
+Since measurements are variables of the state, they correct the estimate as in the extended filter.
 
 See Wan and van der Merwe, The unscented Kalman filter for nonlinear estimation, 2000.
 """
@@ -32,8 +32,8 @@ class Spread:
     """How the states around the estimate are chosen.
 
     Attributes:
-        alpha: how far they are from the estimate, more than 0.
-        kappa: how far, too; more than -15.
+        alpha: affects how far they are from the estimate; more than 0.
+        kappa: also affects how far they are from it; more than -15.
         beta: 2 if errors are normally distributed.
     """
 
@@ -46,7 +46,7 @@ class Ukf(Ekf):
     """An estimate of the state, with its covariance.
 
     Args:
-        process_noise, covariance, state, dynamic_noise: those of `Ekf`.
+        process_noise, covariance, state, dynamic_noise: see `Ekf`.
         spread: how the states around the estimate are chosen.
     """
 
@@ -64,13 +64,13 @@ class Ukf(Ekf):
         self._bend = spread.beta - spread.alpha**2
 
     def predict(self, seconds: float, control: Control | None = None, time: int = 0) -> None:
-        """Predict the state after a time; the arguments are those of `Ekf.predict`."""
+        """Predict the state some seconds later; see `Ekf.predict` for the arguments."""
         state = self.state if control is None else control.apply(self.state, seconds, time)
         offsets = np.sqrt(self._scale) * _square_root(self.covariance).T
         offsets = np.concatenate((offsets, -offsets))
         own = change(state[None], seconds)
-        # The weights of the textbook are as large as a million, and their sum is 1. Written with differences from the
-        # change of the estimate itself, nothing of that size has to cancel.
+        # The textbook's weights are up to a million, but their sum is 1. Using differences from the change of the
+        # estimate itself avoids cancelling numbers of that size.
         differences = change(state + offsets, seconds) - own
         mean = differences.sum(axis=0) / (2.0 * self._scale)
         deviations = offsets + differences
@@ -81,8 +81,9 @@ class Ukf(Ekf):
 
 
 def change(states: Array, seconds: float) -> Array:
-    """Return by how much states (n, 15) change in a time (n, 15): the motion model, for many states. Angles are not
-    wrapped.
+    """Return the changes (n, 15) of states (n, 15) over some seconds: the motion model for many states at once.
+
+    Angles are not wrapped.
     """
     roll, pitch, yaw = states[:, ANGLES].T
     wx, wy, wz = states[:, ANGULAR].T
@@ -105,10 +106,10 @@ def _square_root(covariance: Array) -> Array:
     root: Array
     try:
         root = np.asarray(np.linalg.cholesky(covariance))
-    except np.linalg.LinAlgError:  # it has variances of 0, or negative ones by rounding
+    except np.linalg.LinAlgError:  # it has variances of 0, or negative ones because of rounding
         try:
             values, vectors = np.linalg.eigh(covariance)
             root = vectors * np.sqrt(np.maximum(values, 0.0))
-        except np.linalg.LinAlgError:  # it is not finite, and nor is the estimate then: callers check it
+        except np.linalg.LinAlgError:  # it is not finite, so the estimate is not either: callers check this
             root = np.full_like(covariance, np.nan)
     return root

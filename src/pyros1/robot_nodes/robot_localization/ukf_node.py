@@ -21,7 +21,7 @@ def make_ukf_node(node: Node) -> EkfNode:
 
 
 def read_spread(parameters: PrivateParameters) -> Spread:
-    """Read the parameters that only this node has."""
+    """Read the parameters that ekf_localization_node does not have."""
     return Spread(
         alpha=parameters.number("alpha", Spread.alpha, 1e-6, 1000.0),
         kappa=parameters.number("kappa", Spread.kappa, -14.0, 1e6),

@@ -1,6 +1,6 @@
-"""UTM: metres on a map from latitude and longitude, and back. Pure.
+"""Converts between latitude and longitude and UTM coordinates in metres. Pure.
 
-Krüger's series of the fourth order on the WGS 84 ellipsoid, as in C. F. F. Karney, "Transverse Mercator with an
+Uses Krüger's series to the fourth order on the WGS 84 ellipsoid, as in C. F. F. Karney, "Transverse Mercator with an
 accuracy of a few nanometers" (2011); the error is far below a millimetre in a zone and its neighbours.
 """
 
@@ -18,7 +18,7 @@ from pyros1.ground.terminal_text import one_line
 
 MIN_LATITUDE, MAX_LATITUDE = -80.0, 84.0
 SEMI_MAJOR_AXIS, FLATTENING = 6_378_137.0, 1 / 298.257_223_563
-"""The WGS 84 ellipsoid: half its greatest diameter in metres, and how flat it is."""
+"""The semi-major axis in metres, and the flattening, of the WGS 84 ellipsoid."""
 
 _BANDS = "CDEFGHJKLMNPQRSTUVWX"
 _SCALE, _FALSE_EASTING, _FALSE_NORTHING = 0.9996, 500_000.0, 10_000_000.0
@@ -37,9 +37,9 @@ _BETA = (
     17 * _N**3 / 480 - 37 * _N**4 / 840,
     4397 * _N**4 / 161280,
 )
-_MAX_AWAY = 6.0  # radians from the meridian: more than all places of which there are coordinates; sinh overflows later
-_MAX_METRES = 2e7  # so `inverse` has a result
-_LATITUDE_STEPS = 10  # each one makes the error 150 times smaller
+_MAX_AWAY = 6.0  # radians from the meridian: more than any valid coordinates, and sinh does not overflow yet
+_MAX_METRES = 2e7  # so that `inverse` has a result
+_LATITUDE_STEPS = 10  # each step makes the error 150 times smaller
 
 
 class UtmError(Error):
@@ -63,7 +63,7 @@ class Grid:
         """Return the grid to use at a latitude and longitude in degrees.
 
         Raises:
-            UtmError: it is too near to a pole, or not on Earth.
+            UtmError: the place is too near to a pole, or not on Earth.
         """
         check_degrees(latitude, longitude)
         if not MIN_LATITUDE <= latitude < MAX_LATITUDE:
@@ -80,10 +80,10 @@ class Grid:
 
     @classmethod
     def named(cls, zone: str) -> Grid:
-        """Return the grid of a zone's number and latitude band, such as ``31U``.
+        """Return the grid for a zone number and latitude band, such as ``31U``.
 
         Raises:
-            UtmError: it is no such name.
+            UtmError: this is not a valid name.
         """
         number, band = zone[:-1], zone[-1:].upper()
         if not (re.fullmatch("[0-9]{1,2}", number) and 1 <= int(number) <= 60 and band and band in _BANDS):
@@ -93,23 +93,23 @@ class Grid:
 
     @property
     def name(self) -> str:
-        """What the coordinates are, for people."""
+        """A description of the coordinates for messages."""
         return f"UTM zone {self.zone} {'north' if self.north else 'south'}"
 
     def forward(self, latitude: float, longitude: float) -> tuple[float, float]:
-        """Return easting and northing in metres of a latitude and longitude in degrees.
+        """Return the easting and northing in metres of a latitude and longitude in degrees.
 
         Raises:
-            UtmError: it is a pole, on the other side of the Earth, or not on Earth.
+            UtmError: the place is a pole, on the other side of the Earth, or not on Earth.
         """
         zeta = self._to_sphere(latitude, longitude)
         z = zeta + sum(factor * complex_sin(2 * number * zeta) for number, factor in enumerate(_ALPHA, 1))
         return _FALSE_EASTING + _UNIT * z.imag, (0.0 if self.north else _FALSE_NORTHING) + _UNIT * z.real
 
     def inverse(self, easting: float, northing: float) -> tuple[float, float]:
-        """Return latitude and longitude in degrees of an easting and northing in metres; nan if they are absurd."""
+        """Return the latitude and longitude in degrees of an easting and northing in metres; nan if they are absurd."""
         z = complex(northing - (0.0 if self.north else _FALSE_NORTHING), easting - _FALSE_EASTING) / _UNIT
-        if not abs(z.imag) <= _MAX_AWAY:  # for example, of a filter that has diverged
+        if not abs(z.imag) <= _MAX_AWAY:  # for example, from a filter that has diverged
             return nan, nan
         zeta = z - sum(factor * complex_sin(2 * number * z) for number, factor in enumerate(_BETA, 1))
         if not abs(zeta.imag) <= _MAX_AWAY:
@@ -155,12 +155,12 @@ def _conformal_tangent(latitude: float) -> float:
 
 
 def check_degrees(latitude: float, longitude: float) -> None:
-    """Raise a `UtmError` if it is no place on Earth."""
+    """Raise a `UtmError` if this is not a place on Earth."""
     if not (abs(latitude) <= 90.0 and abs(longitude) <= 540.0):  # nan, too
         raise UtmError(f"latitude {latitude}, longitude {longitude} are not degrees on Earth")
 
 
 def check_metres(*metres: float) -> None:
-    """Raise a `UtmError` if one of these is too large for the Earth, or nan."""
+    """Raise a `UtmError` if a number is too large for the Earth, or nan."""
     if not all(abs(each) <= _MAX_METRES for each in metres):
         raise UtmError(f"{', '.join(f'{each:g}' for each in metres)} m is too far away from the Earth")
