@@ -222,7 +222,7 @@ def test_commands_are_anticipated(make_robot: Callable[..., Robot]) -> None:
 @pytest.mark.parametrize(
     ("parameters", "problem"),
     [
-        ({"world_frame": "moon"}, "world_frame is moon: it must be that of odom_frame (odom) or map_frame (map)"),
+        ({"world_frame": "moon"}, "world_frame is moon, but it must be odom_frame (odom) or map_frame (map)"),
         ({"map_frame": "odom"}, "map_frame, odom_frame and base_link_frame must be different"),
         ({"odom0_config": [False] * 15}, "no sensors are configured"),
         ({"process_noise_covariance": [1e308] * 225}, "the estimate is no longer finite"),

@@ -1,1 +1,1 @@
-"""Depth images as laser scans (https://wiki.ros.org/depthimage_to_laserscan)."""
+"""Converts depth images to laser scans (https://wiki.ros.org/depthimage_to_laserscan)."""

@@ -13,16 +13,16 @@ from pyros1.ground.errors import MessageError
 from pyros1.ground.terminal_text import one_line
 
 _METRES_PER_UNIT = {"16UC1": 0.001, "mono16": 0.001, "32FC1": 1.0}
-"""The encodings of depth images, and the unit of their pixels."""
+"""Encoding of a depth image -> the unit of its pixels in metres."""
 
 
 @dataclass(frozen=True)
 class Camera:
-    """Where the pixels of an image look.
+    """The geometry of a camera's pixels.
 
     Attributes:
         width, height: the size of the image in pixels.
-        focal_length: horizontally, in pixels.
+        focal_length: the horizontal focal length in pixels.
         center_x, center_y: the pixel that looks straight ahead.
     """
 
@@ -37,7 +37,7 @@ class Camera:
         """Return the camera that a sensor_msgs/CameraInfo describes.
 
         Args:
-            info: the message. It describes the whole image of the sensor, of which the published image may be a part.
+            info: the message. It describes the sensor's whole image; the published image may be a part of it.
             width, height: the size of the published image.
 
         Raises:
@@ -58,12 +58,12 @@ class Camera:
 
     @property
     def slopes(self) -> NDArray[np.float64]:
-        """For each column, how far to the right it looks, per unit of depth."""
+        """The tangent of each column's angle to the right."""
         return (np.arange(self.width, dtype=np.float64) - self.center_x) / self.focal_length
 
     @property
     def angles(self) -> tuple[float, float, float]:
-        """The angle of the first ray, that of the last one, and the angle between rays, in radians.
+        """The angles of the first and the last ray, and the angle between rays, in radians.
 
         There are as many rays as columns; the first one looks to the right.
         """
@@ -76,7 +76,7 @@ def read_depths(image: Any) -> tuple[NDArray[Any], float]:
     """Return the pixels of a sensor_msgs/Image, of shape (height, width), and their unit in metres.
 
     Raises:
-        MessageError: it is not a depth image, or has fewer bytes than its size says.
+        MessageError: it is not a depth image, or has too few bytes for its size.
     """
     unit = _METRES_PER_UNIT.get(image.encoding)
     if unit is None:
@@ -100,18 +100,18 @@ def convert(
 ) -> NDArray[np.float32]:
     """Return the ranges of a scan, one for each column of the image: the nearest point in each direction.
 
-    A direction without a point from `range_min` to `range_max` is infinity if a pixel says so, and otherwise NaN, see
-    REP 117.
+    If a direction has no point from `range_min` to `range_max`, its range is infinity if a pixel is infinite, otherwise
+    NaN (REP 117).
 
     Args:
-        depths: the image, of shape (height, width): integers, of which 0 means unknown, or floats.
-        unit: of the depths, in metres.
-        camera: where the pixels look.
-        scan_height: the number of rows to look at, around the row that looks straight ahead.
-        range_min, range_max: in metres.
+        depths: the image, of shape (height, width): floats, or integers, where 0 means unknown.
+        unit: the unit of the depths in metres.
+        camera: the camera.
+        scan_height: the number of rows to use, around the row that looks straight ahead.
+        range_min, range_max: the limits in metres.
 
     Raises:
-        MessageError: these rows are not all in the image.
+        MessageError: some of these rows are outside the image.
     """
     top = int(camera.center_y - scan_height // 2)
     if top < 0 or top + scan_height > camera.height:
@@ -135,7 +135,7 @@ def convert(
 def _nearest(
     band: NDArray[Any], unit: float, stretch: NDArray[np.float64], range_min: float, range_max: float
 ) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
-    """Return for each column the least distance within the limits, or infinity; and whether a pixel is infinite."""
+    """Return each column's minimum distance within the limits, or infinity, and whether it has an infinite pixel."""
     distances = band * (unit * stretch)
     with np.errstate(invalid="ignore"):
         counts = (distances >= range_min) & (distances <= range_max) & (band > 0)

@@ -1,6 +1,6 @@
 """depthimage_to_laserscan: publishes the middle rows of depth images as laser scans.
 
-See https://wiki.ros.org/depthimage_to_laserscan. It receives nothing while the scan has no subscribers.
+See https://wiki.ros.org/depthimage_to_laserscan. It subscribes to images only while the scan has subscribers.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ _QUEUE_SIZE = 10
 class DepthImageToLaserScan:
     """Converts ``image`` and its ``camera_info`` to ``scan``.
 
-    The parameters can be changed by dynamic_reconfigure.
+    The parameters can be changed with dynamic_reconfigure.
 
     Args:
         node: the node.

@@ -1,3 +1,4 @@
-"""imu_complementary_filter: the orientation of an IMU by a complementary filter
-(https://wiki.ros.org/imu_complementary_filter).
+"""imu_complementary_filter: estimates an IMU's orientation with a complementary filter.
+
+See https://wiki.ros.org/imu_complementary_filter.
 """

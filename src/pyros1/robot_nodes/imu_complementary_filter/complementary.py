@@ -1,6 +1,6 @@
-"""A complementary filter: the gyroscope counts for fast motion, gravity and the magnetic field for slow.
+"""A complementary filter: uses the gyroscope for fast motion, and gravity and the magnetic field for slow motion.
 
-After R. Valenti, I. Dryanovski, J. Xiao, "Keeping a good attitude: a quaternion-based orientation filter for IMUs and
+From R. Valenti, I. Dryanovski, J. Xiao, "Keeping a good attitude: a quaternion-based orientation filter for IMUs and
 MARGs", Sensors 15(8), 2015. In the world frame, z points up, and x to magnetic north if the magnetic field is used.
 """
 
@@ -16,12 +16,12 @@ from pyros1.tf.rotation import Quaternion, Vector
 GRAVITY = 9.81
 _IDENTITY: Quaternion = (0.0, 0.0, 0.0, 1.0)
 
-# The IMU is at rest if nothing exceeds these.
+# The IMU is at rest if it is within these limits.
 _MAX_REST_ACCELERATION = 0.1
 _MAX_REST_RATE = 0.2
 _MAX_REST_CHANGE_OF_RATE = 0.01
 
-# Differences from gravity, as a share of it, up to which acceleration counts fully, and from which it does not count.
+# Deviation from gravity, as a fraction of it, up to which acceleration counts fully, and from which it does not count.
 _FULL_GAIN_UP_TO, _NO_GAIN_FROM = 0.1, 0.2
 
 
@@ -30,10 +30,10 @@ class Settings:
     """The parameters of the filter.
 
     Attributes:
-        gain_acc, gain_mag: the share of the difference from gravity and from the magnetic field by which each reading
-            corrects the orientation, from 0.0 to 1.0.
+        gain_acc, gain_mag: the fraction of the error, relative to gravity and to the magnetic field, that each reading
+            corrects, from 0.0 to 1.0.
         do_bias_estimation: whether to estimate the gyroscope's bias while the IMU is at rest.
-        bias_alpha: the share of the difference by which each reading corrects the bias, from 0.0 to 1.0.
+        bias_alpha: the fraction of the bias's error that each reading corrects, from 0.0 to 1.0.
         do_adaptive_gain: whether to trust the accelerometer less while the IMU accelerates.
     """
 
@@ -56,7 +56,7 @@ class ComplementaryFilter(OrientationFilter[Settings]):
         self._last_rates: Vector | None = None
 
     def reset(self) -> None:
-        """Begin again with the next reading. The bias of the gyroscope stays the same."""
+        """Start again with the next reading. The gyroscope's bias is kept."""
         super().reset()
         self._last_rates = None
 
@@ -95,14 +95,17 @@ class ComplementaryFilter(OrientationFilter[Settings]):
         return steady
 
     def _trust(self, acceleration: Vector) -> float:
-        """Return from 0.0 to 1.0 how far an acceleration can be gravity alone."""
+        """Return how plausible it is that an acceleration is gravity alone, from 0.0 to 1.0."""
         if not self._settings.do_adaptive_gain:
             return 1.0
         error = abs(hypot(*acceleration) - GRAVITY) / GRAVITY
         return min(1.0, max(0.0, (_NO_GAIN_FROM - error) / (_NO_GAIN_FROM - _FULL_GAIN_UP_TO)))
 
     def _corrected(self, orientation: Quaternion, reading: Reading, gain_acc: float, gain_mag: float) -> Quaternion:
-        """Return an orientation, turned by a share of what brings gravity to z, and then the magnetic field to x."""
+        """Return an orientation rotated towards one in which gravity is along z, and then the magnetic field along x.
+
+        The gains are the fractions of these rotations.
+        """
         if any(reading.acceleration):
             x, y, z = rotate(orientation, reading.acceleration)
             horizontal = hypot(x, y)

@@ -1,4 +1,4 @@
-"""complementary_filter_node: publishes the messages of an IMU with the orientation of a complementary filter.
+"""complementary_filter_node: adds the orientation from a complementary filter to an IMU's messages.
 
 See https://wiki.ros.org/imu_complementary_filter.
 """
@@ -45,7 +45,7 @@ class Complementary:
 
 
 def read_settings(parameters: PrivateParameters) -> Settings:
-    """Return the parameters of the filter."""
+    """Read the filter's parameters."""
     return Settings(
         gain_acc=parameters.number("gain_acc", 0.01, 0.0, 1.0),
         gain_mag=parameters.number("gain_mag", 0.01, 0.0, 1.0),

@@ -1,1 +1,1 @@
-"""imu_filter_madgwick: the orientation of an IMU by Madgwick's filter (https://wiki.ros.org/imu_filter_madgwick)."""
+"""imu_filter_madgwick: estimates an IMU's orientation with Madgwick's filter (https://wiki.ros.org/imu_filter_madgwick)."""

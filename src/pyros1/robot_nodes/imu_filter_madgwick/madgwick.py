@@ -1,6 +1,6 @@
-"""Madgwick's filter: integrates the gyroscope, and goes down the gradient of the other sensors' disagreement.
+"""Madgwick's filter: integrates the gyroscope, and corrects the other sensors' error by gradient descent.
 
-After S. Madgwick, "An efficient orientation filter for inertial and inertial/magnetic sensor arrays", 2010.
+Based on S. Madgwick, "An efficient orientation filter for inertial and inertial/magnetic sensor arrays", 2010.
 """
 
 from __future__ import annotations
@@ -23,12 +23,12 @@ class Settings:
 
     Attributes:
         world: the world frame.
-        use_mag: whether the filter must not begin without the magnetic field.
+        use_mag: whether the filter needs the magnetic field to start.
         gain: how fast the orientation follows the accelerometer and the magnetic field.
-        zeta: how fast the bias of the gyroscope is followed, about in rad/s². Needs the magnetic field.
-        mag_bias: what is subtracted from the magnetic field.
-        yaw_offset: what is added to the yaw, in radians.
-        stateless: whether to return the orientation from each reading alone.
+        zeta: how fast the gyroscope's bias is corrected, roughly in rad/s². Needs the magnetic field.
+        mag_bias: the vector to subtract from the magnetic field.
+        yaw_offset: the angle to add to the yaw, in radians.
+        stateless: whether to compute the orientation from each reading alone.
         remove_gravity: whether to subtract gravity from the acceleration.
     """
 
@@ -54,14 +54,14 @@ class MadgwickFilter(OrientationFilter[Settings]):
         self._offset: Quaternion = (0.0, 0.0, sin(settings.yaw_offset / 2), cos(settings.yaw_offset / 2))
 
     def configure(self, gain: float, zeta: float, mag_bias: Vector) -> None:
-        """Change the parameters that may change while the filter runs."""
+        """Change the parameters that can be changed while the filter is running."""
         self._settings = replace(self._settings, gain=gain, zeta=zeta, mag_bias=mag_bias)
 
     def measure(self, reading: Reading) -> Quaternion:
         """Return the orientation from a single reading, without the yaw offset.
 
         Raises:
-            UnusableReadingError: it shows none.
+            UnusableReadingError: the orientation cannot be computed from this reading.
         """
         if reading.field is None and self._settings.use_mag:
             raise UnusableReadingError("the magnetic field is not finite")
@@ -111,8 +111,8 @@ class MadgwickFilter(OrientationFilter[Settings]):
             rx, ry, rz = rx - self._bias[0], ry - self._bias[1], rz - self._bias[2]
         turned = product(orientation, from_rotation_vector(rx * seconds, ry * seconds, rz * seconds))
         if descent is not None:
-            # A quarter of the gradient is where gravity agrees; beyond that, rounding errors would become large steps.
-            # A step of 1 might leave nothing to normalise.
+            # After a step of a quarter of the gradient, gravity agrees; a longer one would amplify rounding errors.
+            # After a step of 1, the length might be 0, which cannot be normalized.
             factor = -min(settings.gain * seconds, size / 4.0, 0.5)
             turned = _sum(turned, (descent[0] * factor, descent[1] * factor, descent[2] * factor, descent[3] * factor))
         return normalized(turned)
@@ -127,15 +127,15 @@ class MadgwickFilter(OrientationFilter[Settings]):
 
 
 def gradient(orientation: Quaternion, reference: Vector, measured: Vector) -> Quaternion:
-    """Return the derivative of half the squared distance between a reference, seen from the IMU, and its measurement.
+    """Return the gradient of half the squared distance between a reference direction and its measurement.
 
     Args:
-        orientation: of the IMU in the world frame.
+        orientation: the IMU's orientation in the world frame.
         reference: a direction in the world frame.
         measured: the same direction as measured in the IMU's frame.
 
     Returns:
-        The derivative by the four components of the orientation.
+        The derivatives with respect to the four components of the orientation.
     """
     x, y, z, w = orientation
     a, b, c = 2.0 * reference[0], 2.0 * reference[1], 2.0 * reference[2]

@@ -1,4 +1,4 @@
-"""imu_filter_node: publishes the messages of an IMU with the orientation of Madgwick's filter.
+"""imu_filter_node: adds the orientation from Madgwick's filter to an IMU's messages.
 
 See https://wiki.ros.org/imu_filter_madgwick.
 """
@@ -22,11 +22,11 @@ from pyros1.robot_nodes.shared.program import run_node
 from pyros1.tf.rotation import to_angles
 
 DEFAULTS: Mapping[str, float] = {"gain": 0.1, "zeta": 0.0, "mag_bias_x": 0.0, "mag_bias_y": 0.0, "mag_bias_z": 0.0}
-"""What dynamic_reconfigure can change."""
+"""The parameters that can be changed with dynamic_reconfigure."""
 
 
 class Madgwick:
-    """The node imu_filter_node. The gains and the magnetic bias can be changed by dynamic_reconfigure.
+    """The node imu_filter_node. The gains and the magnetic bias can be changed with dynamic_reconfigure.
 
     Args:
         node: the node.
@@ -40,7 +40,7 @@ class Madgwick:
         for name, default in DEFAULTS.items():
             self._config[name] = parameters.number(name, default)
             if parameters.value(name) is not None and not is_number(parameters.value(name)):
-                node.params[f"~{name}"] = default  # the server would refuse it
+                node.params[f"~{name}"] = default  # the server would reject the value
         self._server = Server(node, _make_parameters(), self._on_configured)
         debug = parameters.flag("publish_debug_topics", False)
         if debug:
@@ -72,7 +72,7 @@ class Madgwick:
 
 
 def read_settings(parameters: PrivateParameters) -> Settings:
-    """Return the parameters of the filter that do not change while it runs."""
+    """Read the filter's parameters that do not change while it is running."""
     name = parameters.text("world_frame", "enu")
     if name not in {frame.value for frame in WorldFrame}:
         name = parameters.reject("world_frame", name, "enu, ned or nwu", "enu")

@@ -1,4 +1,4 @@
-"""World frames, and the orientation in them given by an acceleration and a magnetic field alone."""
+"""World frames, and the orientation in them computed from an acceleration and a magnetic field alone."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from pyros1.tf.rotation import Quaternion, Vector, from_angles
 
 _MIN_ACCELERATION = 0.1  # as in stock ROS
 _MIN_SINE = 1e-3
-"""Smallest sine of the angle between up and the magnetic field that still shows where north is."""
+"""Minimum sine of the angle between up and the magnetic field at which the field still shows where north is."""
 
 
 class WorldFrame(Enum):
-    """How the axes x, y and z of the world frame point: east, north, up; north, east, down; or north, west, up."""
+    """Where the world frame's axes x, y and z point: east, north, up; north, east, down; or north, west, up."""
 
     ENU = "enu"
     NED = "ned"
@@ -27,7 +27,7 @@ class WorldFrame(Enum):
         return (0.0, 0.0, -1.0) if self is WorldFrame.NED else (0.0, 0.0, 1.0)
 
     def to_north(self, field: Vector) -> Vector:
-        """Return a field in this frame, turned about the vertical axis so that it points north."""
+        """Rotate a magnetic field in this frame about the vertical axis so that it points north."""
         horizontal = hypot(field[0], field[1])
         return (0.0, horizontal, field[2]) if self is WorldFrame.ENU else (horizontal, 0.0, field[2])
 

@@ -1,4 +1,4 @@
-"""The marker that is dragged, and the velocity command that its pose means."""
+"""The marker that users drag, and the velocity commands for its poses."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from pyros1.msgs.visualization_msgs.msg import InteractiveMarker, InteractiveMar
 from pyros1.robot_nodes.shared.parameters import PrivateParameters
 
 _AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 0.0, 1.0), "z": (0.0, 1.0, 0.0)}
-"""By direction: the vector part of the quaternion, (x, y, z, 1) before it is normalized, that turns a control there."""
+"""Direction -> x, y, z of the quaternion (x, y, z, 1), before normalization, that rotates a control to it."""
 
 
 @dataclass(frozen=True)
 class Scale:
-    """From a distance, or an angle, to a speed.
+    """Converts a distance or an angle to a speed.
 
     Attributes:
         factor: the speed for 1 m or 1 rad, in m/s or rad/s.
@@ -29,20 +29,20 @@ class Scale:
     maximum: float
 
     def speed(self, distance: float) -> float:
-        """Return the speed for a distance."""
+        """Return the speed for a distance or an angle."""
         return max(self.minimum, min(self.maximum, self.factor * distance))
 
 
 @dataclass(frozen=True)
 class Settings:
-    """The parameters of the marker, and the speeds for distances.
+    """The marker's parameters, and the scales for the speeds.
 
     Attributes:
         link: the frame of the marker.
         robot: the name of the robot, for display.
         size: the size of the marker in metres.
-        linear: by direction, "x", "y" or "z".
-        angular: for the rotation about z.
+        linear: the scale for each direction, "x", "y" or "z".
+        angular: the scale for the rotation about z.
     """
 
     link: str
@@ -58,9 +58,9 @@ class Settings:
 
 
 def read_settings(values: PrivateParameters) -> Settings:
-    """Return the settings in the parameters of a node.
+    """Read the settings from a node's parameters.
 
-    The parameters for linear velocities are numbers, which are for x, or mappings such as ``{x: 1.0, y: 0.5}``.
+    The parameters for linear velocities are numbers, which apply to x, or mappings such as ``{x: 1.0, y: 0.5}``.
     """
     scales = values.value("linear_scale")
     if isinstance(scales, Mapping):
@@ -89,7 +89,7 @@ def _read_scale(values: PrivateParameters, end: str, factor: float, limit: float
 
 
 def make_marker(settings: Settings) -> Any:
-    """Return the marker, an InteractiveMarker with controls that move and turn it."""
+    """Return an InteractiveMarker with controls that move and turn it."""
     marker = InteractiveMarker(
         name=settings.marker_name, description=f"twist controller for {settings.robot}", scale=settings.size
     )
@@ -110,7 +110,7 @@ def _make_control(name: str, axis: str, mode: int) -> Any:
 
 
 def twist_for(pose: Any, settings: Settings) -> Any:
-    """Return the command for a pose of the marker, a Twist; the robot turns about z only."""
+    """Return the Twist for a pose of the marker; the robot only turns about z."""
     twist = Twist()
     for axis, scale in settings.linear.items():
         setattr(twist.linear, axis, scale.speed(getattr(pose.position, axis)))

@@ -1,10 +1,10 @@
-"""marker_server: turns the pose of a dragged marker into ~cmd_vel.
+"""marker_server: converts the pose of a dragged marker to ~cmd_vel.
 
 See https://wiki.ros.org/interactive_marker_twist_server. The marker is on the topics twist_marker_server/update_full,
 update and feedback (https://wiki.ros.org/interactive_markers).
 
-The robot is stopped when the marker is released, and when the program that drags it falls silent; stock leaves
-that to the robot.
+The robot is stopped when the marker is released, and when the program that drags it falls silent; with stock, the robot
+must notice this itself.
 """
 
 from __future__ import annotations
@@ -29,9 +29,9 @@ from pyros1.robot_nodes.shared.twists import TwistOutput
 
 TOPIC = "twist_marker_server"
 KEEP_ALIVE_PERIOD = 0.5
-"""Seconds between messages that tell that the node is there."""
+"""Seconds between keep-alive messages."""
 MAX_SILENCE = 1.0
-"""Seconds without feedback until the robot is stopped. rviz sends some every 0.25 s while the marker is held."""
+"""Seconds without feedback until the robot is stopped. rviz sends it every 0.25 s while the marker is held."""
 
 
 class MarkerServer:

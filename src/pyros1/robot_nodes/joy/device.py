@@ -20,14 +20,14 @@ _GET_NAME = 0x80006A13 | _NAME_SIZE << 16
 class Device:
     """An open joystick.
 
-    Anything that sends the events of a joystick will do, for example a pipe; its name and sizes are unknown.
+    Anything that sends joystick events will do, such as a pipe; its name and number of axes and buttons are unknown.
 
     Args:
         path: the device.
 
     Attributes:
         path: the device.
-        name: what the joystick calls itself; empty if unknown.
+        name: the name that the joystick reports; empty if unknown.
         axes, buttons: how many it has; 0 if unknown.
 
     Raises:
@@ -50,7 +50,7 @@ class Device:
         return self._file
 
     def read(self) -> bytes:
-        """Return bytes of events; none if there are no more at present.
+        """Return bytes of events; none if there are no more at the moment.
 
         Raises:
             OSError: the device is gone, or cannot be read.
@@ -68,12 +68,12 @@ class Device:
         os.close(self._file)
 
     def _ioctl(self, request: int, size: int) -> bytes:
-        import fcntl  # noqa: PLC0415 - Windows has none, nor such devices
+        import fcntl  # noqa: PLC0415 - Windows has neither this nor such devices
 
         answer = bytearray(size)
         try:
             fcntl.ioctl(self._file, request, answer)
-        except OSError:  # it is a pipe, or the kernel does not know the request
+        except OSError:  # a pipe, or the kernel does not support the request
             return bytes(size)
         return bytes(answer)
 

@@ -12,8 +12,8 @@ from typing import NamedTuple
 from pyros1.ground.errors import Error
 
 BUTTON, AXIS, INIT = 0x01, 0x02, 0x80
-"""Types of events. INIT is added to the type of an event that does not report a change but the state: all buttons and
-axes after the device was opened, or after the kernel had to drop events."""
+"""Types of events. INIT is added to the type of events that report the state of all buttons and axes instead of a
+change, after the device was opened or after the kernel had to drop events."""
 FULL_SCALE = 32767
 """The value of an axis that is pushed to its end."""
 
@@ -21,7 +21,7 @@ _EVENT = struct.Struct("=IhBB")
 
 
 class NotAJoystickError(Error):
-    """A device sends bytes that are not events of a joystick."""
+    """A device sends bytes that are not joystick events."""
 
 
 class Event(NamedTuple):
@@ -41,7 +41,7 @@ class Event(NamedTuple):
 
 
 class EventReader:
-    """Finds the events in what is read from a device, in pieces of any size."""
+    """Extracts events from the bytes read from a device, in pieces of any size."""
 
     def __init__(self) -> None:
         self._rest = b""
@@ -50,7 +50,7 @@ class EventReader:
         """Return the events that are complete now.
 
         Raises:
-            NotAJoystickError: there is no such type of event.
+            NotAJoystickError: the type of an event is unknown.
         """
         data = self._rest + data
         end = len(data) - len(data) % _EVENT.size

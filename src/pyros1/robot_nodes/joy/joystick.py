@@ -14,12 +14,12 @@ class Settings:
     """How a joystick's events become messages; see https://wiki.ros.org/joy.
 
     Attributes:
-        deadzone: the fraction of an axis, from 0 to `MAX_DEADZONE`, by which it has to be off the centre.
+        deadzone: how far an axis must be from the centre to count, as a fraction from 0 to `MAX_DEADZONE`.
         autorepeat_rate: the rate in Hz at which the state is published while nothing changes; 0 for never.
-        coalesce_interval: how long in seconds to wait for events of other axes after one of an axis.
-        use_initial_axes: whether axes have the position that the device reports when it is opened; otherwise, they are
-            0 until they are moved, since some devices report nonsense.
-        sticky_buttons: whether each press switches a button between 0 and 1, instead of a button being 1 while pressed.
+        coalesce_interval: seconds to wait for events of other axes after an axis event.
+        use_initial_axes: whether to use the positions that the device reports when it is opened. Otherwise, axes are 0
+            until they are moved, since some devices report nonsense.
+        sticky_buttons: whether each press toggles a button between 0 and 1; otherwise, a button is 1 while pressed.
     """
 
     deadzone: float = 0.05
@@ -32,8 +32,8 @@ class Settings:
 class Joystick:
     """The axes and buttons of a joystick that may be unplugged at any time.
 
-    A button is published at once, so that no press is lost. Axes, and what the device reports when it is opened, are
-    published ``coalesce_interval`` after the first event. Times are in seconds.
+    Buttons are published at once, so that no press is lost. Axes, and the state that the device reports when it is
+    opened, are published ``coalesce_interval`` after the first event. Times are in seconds.
 
     When the joystick is unplugged, one state with all axes and buttons 0 is published, and nothing afterwards: a robot
     that is driven with an enable button must stop, even if nobody repeats the last state.
@@ -54,7 +54,7 @@ class Joystick:
         self._moved: set[int] = set()
 
     def open(self, axes: int, buttons: int, now: float) -> None:
-        """The device has been opened; with the given numbers of axes and buttons, 0 if unknown."""
+        """The device has been opened, with the given numbers of axes and buttons, or 0 if they are unknown."""
         self.axes, self.buttons = [0.0] * axes, [0] * buttons
         self._is_open = True
         self._due, self._last = None, now
@@ -77,7 +77,7 @@ class Joystick:
         self._due = due if self._due is None else min(self._due, due)
 
     def due(self) -> float | None:
-        """Return when the state must be published next; None if only an event can tell."""
+        """Return when the state must be published next; None for not before the next event."""
         if self._due is not None or not self._is_open or not self._settings.autorepeat_rate:
             return self._due
         assert self._last is not None
@@ -89,7 +89,7 @@ class Joystick:
 
     def _move(self, event: Event) -> None:
         self.axes += [0.0] * (event.number + 1 - len(self.axes))
-        # The kernel also reports the state after it has dropped events. Then an axis that is in use must follow.
+        # The kernel also reports the state after it dropped events; an axis that has been moved must then follow.
         if event.initial and not self._settings.use_initial_axes and event.number not in self._moved:
             return
         if not event.initial:

@@ -31,9 +31,9 @@ _OK, _ERROR = 0, 2
 
 
 def read_settings(values: PrivateParameters) -> Settings:
-    """Return the settings in the parameters of a node."""
+    """Read the settings from a node's parameters."""
     deadzone = values.number("deadzone", 0.05, 0.0, FULL_SCALE)
-    if deadzone >= 1:  # as in old launch files, which relate it to the values of events
+    if deadzone >= 1:  # old launch files give it in the units of events
         deadzone /= FULL_SCALE
     return Settings(
         deadzone=min(deadzone, MAX_DEADZONE),
@@ -45,7 +45,7 @@ def read_settings(values: PrivateParameters) -> Settings:
 
 
 class JoyNode:
-    """Reads a joystick in a thread, and opens it again whenever it is plugged in.
+    """Reads a joystick in a thread, and reopens it whenever it is plugged in.
 
     Args:
         node: the node that publishes.
@@ -69,10 +69,10 @@ class JoyNode:
         self._diagnostics.add("Joystick Driver Status", self._diagnose)
         self._thread = threading.Thread(target=self._run, name="joystick", daemon=True)
         self._thread.start()
-        node.on_shutdown(self._end)  # which is called at once if the node shuts down already
+        node.on_shutdown(self._end)  # called at once if the node is already shutting down
 
     def _end(self) -> None:
-        os.close(self._wake_writer)  # which wakes the thread
+        os.close(self._wake_writer)  # wakes the thread
         self._thread.join()
         os.close(self._wake_reader)
 
@@ -89,7 +89,7 @@ class JoyNode:
                 device.close()
                 self._joystick.close(monotonic())
                 self._publish_if_due()
-                # A device that fails at once must not keep the processor busy.
+                # Wait, so that a device that fails immediately does not keep the processor busy.
                 is_ending = is_ending or self._wait(None, RETRY_PERIOD)
             if is_ending:
                 return
@@ -107,7 +107,7 @@ class JoyNode:
         return device
 
     def _find_path(self) -> str:
-        """Return the path of the joystick that ~dev_name names; that in ~dev if there is none."""
+        """Return the path of the joystick named by ~dev_name, or ~dev if there is none."""
         if not self._name:
             return self._path
         found = list(joysticks())
@@ -119,7 +119,7 @@ class JoyNode:
         return path or self._path
 
     def _follow(self, device: Device) -> bool:
-        """Read a device and publish until it fails (by an exception), or the node ends: then return True."""
+        """Read a device and publish until it fails (then raise) or the node ends (then return True)."""
         reader = EventReader()
         is_silent = True
         while True:
@@ -135,11 +135,11 @@ class JoyNode:
                 self._joystick.handle(event, now)
                 self._events += 1
                 if event.kind == BUTTON and not event.initial:
-                    self._publish_if_due()  # each press and release is a message of its own
+                    self._publish_if_due()  # each press and release is a separate message
             self._publish_if_due()
 
     def _wait(self, device: Device | None, seconds: float) -> bool:
-        """Wait until a device can be read or the time is over; return whether the node ends."""
+        """Wait until a device has data or the time has passed; return whether the node is ending."""
         files = [self._wake_reader] if device is None else [self._wake_reader, device.fileno()]
         ready, _, _ = select.select(files, [], [], None if seconds == inf else max(0.0, seconds))
         return self._wake_reader in ready

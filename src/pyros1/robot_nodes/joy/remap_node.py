@@ -1,10 +1,10 @@
 """joy_remap.py: makes the messages of one joystick look like those of another (https://wiki.ros.org/joy).
 
 Joy messages on joy_in are published on joy_out, with axes and buttons computed by the expressions in ``~mappings/axes``
-and ``~mappings/buttons``. ``config/ps4joy.yaml`` of the package makes a PS4 controller look like one of a PS3.
+and ``~mappings/buttons``. The package's ``config/ps4joy.yaml`` makes a PS4 controller look like a PS3 controller.
 
-If the last publisher of joy_in goes away, all axes and buttons are 0, as if its driver were this node: those who watch
-joy_out for the loss of its publisher cannot notice it, and what they drive must stop.
+If the last publisher of joy_in goes away, this node publishes all axes and buttons as 0, as joy_node does when the
+joystick is unplugged: nodes that watch for the loss of joy_out's publisher cannot notice it, but the robot must stop.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Computes the axes and buttons of another joystick from those of this one, by expressions (no I/O).
+"""Computes another joystick's axes and buttons from this one's with expressions (no I/O).
 
 An expression is a number, or text such as ``max(axes[10], 0.0) * -1.0`` or ``buttons[3]``, in a safe subset of Python.
 """
@@ -20,8 +20,8 @@ class Remapping:
 
     Args:
         axes: the expressions for the axes.
-        buttons: the expressions for the buttons, each of which is pressed if its value is above 0.
-        report: called with a line of text about each expression without a usable value, whenever it is evaluated.
+        buttons: the expressions for the buttons. A button is pressed if the value is above 0.
+        report: called with a one-line message whenever the value of an expression cannot be used.
 
     Raises:
         Error: an expression is malformed, or there are too many.
@@ -33,7 +33,7 @@ class Remapping:
         self._report = report
 
     def __call__(self, axes: Sequence[float], buttons: Sequence[int]) -> tuple[list[float], list[int]]:
-        """Return the axes and buttons that result from the given ones; 0 where an expression has no usable value."""
+        """Convert axes and buttons; the result is 0 where the value of an expression cannot be used."""
         values: dict[str, Sequence[float]] = {"axes": list(axes), "buttons": list(buttons)}
         return (
             [self._evaluate(expression, values) for expression in self._axes],

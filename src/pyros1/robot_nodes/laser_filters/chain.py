@@ -56,10 +56,10 @@ def make_chain(specifications: object, place: str, report: Callable[[str], objec
     Args:
         specifications: a list of filters, each with name, type and params; None for no filters.
         place: the parameter's name, for messages.
-        report: called with a line of text about each parameter that cannot be used, and has a default.
+        report: called with a one-line message about each invalid parameter that has a default.
 
     Raises:
-        FilterError: a filter is unknown, or lacks a parameter. A chain without it might let the robot see itself.
+        FilterError: a filter is unknown, or lacks a parameter. Without this filter, the robot might see itself.
     """
     if specifications is None:
         return []
@@ -104,7 +104,7 @@ def apply_chain(filters: Sequence[ScanFilter], scan: Any, matrix_to: MatrixTo) -
         FilterError: a filter cannot process the scan.
         TransformException: a transform that a filter needs is not available.
     """
-    with np.errstate(all="ignore"):  # scans may have any numbers, and numpy's warnings help nobody
+    with np.errstate(all="ignore"):  # scans may contain any numbers, and numpy's warnings help nobody
         for each in filters:
             scan = each.apply(scan, matrix_to)
     return scan

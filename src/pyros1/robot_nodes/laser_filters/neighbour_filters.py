@@ -24,16 +24,16 @@ _MAX_NEIGHBOURS = 1000
 
 @dataclass(frozen=True)
 class ShadowsFilter:
-    """Removes points between a near edge and what is behind it, which scanners report when their beam hits both.
+    """Removes points between a near edge and the background, which scanners report when their beam hits both.
 
     A point is at such an edge if the line to a neighbour is nearly in the direction of the beam.
 
     Attributes:
-        min_angle, max_angle: the least and the largest angle between that line and the beam, in radians; other angles
-            mark an edge.
+        min_angle, max_angle: limits for the angle between that line and the beam, in radians; an angle outside them
+            indicates an edge.
         window: how many rays on each side are neighbours.
-        neighbours: within how many rays on each side of the edge farther points are removed.
-        remove_start: whether the edge itself is removed, too.
+        neighbours: how many rays on each side of the edge are removed if they are farther than it.
+        remove_start: whether the edge itself is also removed.
     """
 
     min_angle: float = math.radians(10.0)
@@ -80,7 +80,7 @@ class ShadowsFilter:
 
 @dataclass(frozen=True)
 class SpeckleFilter:
-    """Removes points that have too few others near them, such as rain and dust; their ranges become NaN.
+    """Removes points with too few other points nearby, such as rain and dust; their ranges become NaN.
 
     Attributes:
         max_range: in metres; farther points are kept.
@@ -123,14 +123,14 @@ class SpeckleFilter:
         return replace_rays(scan, ~kept, math.nan)
 
     def _by_range(self, ranges: Floats) -> Mask:
-        """Return at which rays a window begins whose ranges differ little from the first one."""
+        """Return at which rays a window begins in which all ranges are close to the first one."""
         windows = np.lib.stride_tricks.sliding_window_view(ranges, self.window)
         far = np.abs(windows - windows[:, :1]) > self.max_difference
         good: Mask = ~(far | np.isnan(windows)).any(axis=1)
         return good
 
     def _by_radius(self, ranges: Floats, increment: float) -> Mask:
-        """Return which points have enough others near them."""
+        """Return which points have enough other points nearby."""
         near = np.zeros(len(ranges), np.int64)
         for offset in _offsets(self.window, len(ranges)):
             here, there = _shifted(len(ranges), offset)
@@ -141,7 +141,7 @@ class SpeckleFilter:
 
 
 class InterpolationFilter:
-    """Replaces ranges that are not within the scanner's limits with the average of the valid ones on both sides."""
+    """Replaces ranges outside the scanner's limits with the average of the nearest valid ones on both sides."""
 
     @classmethod
     def read(cls, parameters: PrivateParameters) -> InterpolationFilter:
@@ -149,7 +149,7 @@ class InterpolationFilter:
         return cls()
 
     def apply(self, scan: Any, matrix_to: MatrixTo) -> Any:
-        """Return the filtered scan. Beside the first and the last ray, 1 cm less than the maximum counts."""
+        """Return the filtered scan. Before the first ray and after the last one, 1 cm less than the maximum is used."""
         ranges = ranges_of(scan).astype(np.float64)
         valid = ~((ranges <= scan.range_min) | (ranges >= scan.range_max))
         edge = scan.range_max - 0.01
@@ -167,8 +167,8 @@ class BlobFilter:
     """Finds small objects, such as feet: all ranges become negative, except for one in the middle of each object.
 
     Attributes:
-        max_radius: how much the ranges of an object may differ from their mean, in metres.
-        min_points: an object has more rays than these.
+        max_radius: the maximum deviation of an object's ranges from their mean, in metres.
+        min_points: an object has more rays than this.
     """
 
     max_radius: float

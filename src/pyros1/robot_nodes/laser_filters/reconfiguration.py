@@ -68,22 +68,22 @@ PARAMETERS: Mapping[str, list[_Entry]] = {
     ],
     "StaticLaserScanPolygonFilter": _POLYGON,
 }
-"""What can be changed, by the filter's type: name, default, minimum and maximum."""
+"""The parameters that can be changed, by filter type: name, default, minimum and maximum."""
 
 
 class FilterServer:
-    """Lets other nodes change a filter's parameters. Only those that are changed differ from the chain's.
+    """Lets other nodes change a filter's parameters. Parameters that are not changed keep the chain's values.
 
     Args:
         node: the node.
         filters: the chain, in which the filter is replaced.
-        index: its place in the chain.
-        specification: its name, type and params; `PARAMETERS` has the type.
-        place: where these are, for messages.
-        report: called with a line of text about each parameter that cannot be used.
+        index: the filter's index in the chain.
+        specification: the filter's name, type and params; the type must be in `PARAMETERS`.
+        place: the name of the parameter with the specification, for messages.
+        report: called with a one-line message about each parameter that cannot be used.
 
     Raises:
-        Error: the name is not a legal name, or another filter has it.
+        Error: the name is invalid, or another filter has the same name.
     """
 
     def __init__(
@@ -105,7 +105,7 @@ class FilterServer:
             self._names.append(name)
             parameters.add(name, default, minimum=minimum, maximum=maximum)
             value = _shown(self._params.get(name), default)
-            # As in stock ROS, what the chain says counts, and not what was changed in an earlier run.
+            # As in stock ROS, the chain's values are used, not changes from an earlier run.
             node.params[f"~{specification['name']}/{name}"] = default if value is None else value
         self._server = Server(node, parameters, self._change, specification["name"])
 
@@ -118,7 +118,7 @@ class FilterServer:
                 made = make_filter({**self._specification, "params": params}, self._place, self._report)
             except FilterError as error:
                 self._report(f"the filter is not changed: {error}")
-                config.update(self._last)  # which tells the client, too
+                config.update(self._last)  # also tells the client
                 return config
             self._params, self._filters[self._index] = params, made
         self._last = values
@@ -128,14 +128,14 @@ class FilterServer:
 def serve_filters(
     node: Node, filters: list[ScanFilter], specifications: Any, place: str, report: Callable[[str], object]
 ) -> list[FilterServer]:
-    """Return servers for those filters of a chain that can be changed and have a name.
+    """Create servers for the filters of a chain that can be changed and have a name.
 
     Args:
         node: the node.
         filters: the filters, which are replaced when they are changed.
-        specifications: the chain that they were made from.
+        specifications: the chain from which they were created.
         place: the chain's parameter, for messages.
-        report: called with a line of text about what cannot be used.
+        report: called with a one-line message about each invalid parameter or name.
     """
     servers = []
     for index, each in enumerate(specifications or []):
@@ -153,7 +153,7 @@ def _kind(specification: Mapping[str, Any]) -> str:
 
 
 def _shown(value: Any, default: Any) -> Any:
-    """Return a value of the chain as a value of the type of the default; None if it has another type."""
+    """Convert a value in the chain to the type of the default; return None if that is not possible."""
     if isinstance(default, str):
         return str(value) if isinstance(value, (str, list)) else None
     if isinstance(default, bool):
@@ -164,10 +164,10 @@ def _shown(value: Any, default: Any) -> Any:
 
 
 def _parsed(changes: Mapping[str, Any]) -> dict[str, Any]:
-    """Return changes from dynamic_reconfigure as parameters of a filter in the chain.
+    """Convert changes from dynamic_reconfigure to parameters of a filter in the chain.
 
     Raises:
-        FilterError: a polygon is no list of corners, or too long.
+        FilterError: a polygon is not a list of corners, or too long.
     """
     if "polygon" not in changes:
         return dict(changes)

@@ -1,4 +1,4 @@
-"""What filters have in common: parts of scans as numpy arrays (no I/O)."""
+"""Shared by the filters: access to scans as numpy arrays (no I/O)."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ Mask = NDArray[np.bool_]
 Matrix = NDArray[np.float64]
 
 MatrixTo = Callable[[str], Matrix]
-"""Returns the matrix, of shape (4, 4), that converts points from the scan's frame to a frame, at the time of the scan.
+"""Returns the matrix (4, 4) that transforms points from the scan's frame to the given one at the time of the scan.
 
 Raises:
     TransformException: there is no such transform.
@@ -30,10 +30,10 @@ class ScanFilter(Protocol):
     """A filter of a chain."""
 
     def apply(self, scan: Any, matrix_to: MatrixTo) -> Any:
-        """Return the filtered sensor_msgs/LaserScan; the one that is passed is not changed.
+        """Return the filtered sensor_msgs/LaserScan; the given one is not changed.
 
         Raises:
-            FilterError: it cannot be filtered.
+            FilterError: the scan cannot be filtered.
             TransformException: there is no transform to the frame that the filter needs.
         """
 
@@ -44,7 +44,7 @@ def ranges_of(scan: Any) -> Floats:
 
 
 def intensities_of(scan: Any) -> Floats | None:
-    """Return a copy of a scan's intensities; None if there is not one for each ray."""
+    """Return a copy of a scan's intensities; None unless there is one for each ray."""
     return np.array(scan.intensities, np.float32) if len(scan.intensities) == len(scan.ranges) else None
 
 

@@ -1,4 +1,4 @@
-"""Filters that remove rays which end inside of a shape, such as the robot itself (no I/O)."""
+"""Filters that remove rays that end inside a shape, such as the robot itself (no I/O)."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ from pyros1.robot_nodes.shared.transforms import transform_points
 _Points = NDArray[np.float64]
 
 MAX_CORNERS = 1000
-"""Maximum number of a polygon's corners, each of which takes time with each scan."""
+"""Maximum number of corners of a polygon; each takes time for each scan."""
 
 
 class ShapeFilter:
-    """Removes the rays that end inside of a shape; their ranges become NaN.
+    """Removes the rays that end inside a shape; their ranges become NaN.
 
     Args:
         frame: the frame of the shape.
-        invert: whether to remove those that end outside instead.
+        invert: whether to remove the rays that end outside instead.
     """
 
     def __init__(self, frame: str, invert: bool = False) -> None:
@@ -39,10 +39,10 @@ class ShapeFilter:
         raise NotImplementedError
 
     def apply(self, scan: Any, matrix_to: MatrixTo) -> Any:
-        """Return the filtered scan; rays outside of the scanner's limits are left as they are.
+        """Return the filtered scan; rays outside the scanner's limits do not change.
 
         Raises:
-            TransformException: there is no transform from the scan's frame to that of the shape.
+            TransformException: there is no transform from the scan's frame to the shape's frame.
         """
         rays, points = points_of(scan)
         if self.frame != scan.header.frame_id:
@@ -53,7 +53,7 @@ class ShapeFilter:
 
 
 class BoxFilter(ShapeFilter):
-    """Removes the rays that end inside of a box.
+    """Removes the rays that end inside a box.
 
     Args:
         frame, invert: see `ShapeFilter`.
@@ -93,7 +93,7 @@ class FootprintFilter(ShapeFilter):
     """Removes the rays that end above or below a square around base_link.
 
     Args:
-        radius: half of its edge in metres.
+        radius: half the length of its side in metres.
     """
 
     def __init__(self, radius: float) -> None:
@@ -105,7 +105,7 @@ class FootprintFilter(ShapeFilter):
         """Return the filter that a chain's parameters describe.
 
         Raises:
-            FilterError: there is no inscribed_radius.
+            FilterError: inscribed_radius is not set.
         """
         radius = parameters.value("inscribed_radius")
         if not is_number(radius):
@@ -156,7 +156,7 @@ class PolygonFilter(ShapeFilter):
         """Return which points are inside; see `ShapeFilter.contains`."""
         x, y = points[:, 0], points[:, 1]
         inside = np.zeros(len(points), bool)
-        # A line from the point towards positive x crosses the edges an odd number of times if it begins inside.
+        # A point is inside if a line from it towards positive x crosses the edges an odd number of times.
         for (x1, y1), (x2, y2) in zip(self._corners, np.roll(self._corners, -1, axis=0), strict=True):
             if y1 != y2:
                 inside ^= ((y1 > y) != (y2 > y)) & (x < x1 + (y - y1) * (x2 - x1) / (y2 - y1))

@@ -1,4 +1,4 @@
-"""Filters over several scans: for each ray, the median or mean of its last values (no I/O)."""
+"""Filters over several scans: the median or mean of each ray's last values (no I/O)."""
 
 from __future__ import annotations
 
@@ -36,9 +36,9 @@ class HistoryFilter:
         self._history: deque[Floats] = deque(maxlen=observations)
 
     def add(self, values: Floats) -> Floats:
-        """Add a value for each channel, and return their medians or means. Of two in the middle, the lower one counts.
+        """Add a value for each channel, and return the medians or means. Of two middle values, the lower is the median.
 
-        If the number of channels is another one than before, the old values are forgotten.
+        If the number of channels changes, the old values are discarded.
         """
         if self._history and len(self._history[-1]) != len(values):
             self._history.clear()
@@ -52,7 +52,7 @@ class HistoryFilter:
 
 
 class ArrayFilter:
-    """Passes ranges and intensities through filters of their own.
+    """Passes ranges and intensities through separate filters.
 
     Args:
         range_filters, intensity_filters: the filters.

@@ -1,4 +1,4 @@
-"""Filters that look at each ray alone: at its range, intensity, direction or number (no I/O)."""
+"""Filters that consider each ray alone: its range, intensity, direction or index (no I/O)."""
 
 from __future__ import annotations
 
@@ -29,9 +29,9 @@ class RangeFilter:
     """Replaces ranges at or below a lower threshold, and at or above an upper one.
 
     Attributes:
-        use_message_range_limits: whether the thresholds are the scanner's limits.
-        lower_threshold, upper_threshold: in metres.
-        lower_replacement_value, upper_replacement_value: what replaces them, in metres.
+        use_message_range_limits: whether to use the scanner's limits as thresholds.
+        lower_threshold, upper_threshold: the thresholds in metres.
+        lower_replacement_value, upper_replacement_value: the ranges that replace them, in metres.
     """
 
     use_message_range_limits: bool = False
@@ -65,13 +65,13 @@ class RangeFilter:
 
 @dataclass(frozen=True)
 class IntensityFilter:
-    """Removes rays whose intensity is up to a lower threshold, or at least an upper one.
+    """Removes rays whose intensity is at or below a lower threshold, or at or above an upper one.
 
     Attributes:
         lower_threshold, upper_threshold: the thresholds.
-        invert: whether the other rays are removed instead.
+        invert: whether to remove the other rays instead.
         override_range: whether the ranges of removed rays become NaN.
-        override_intensity: whether the intensities of removed rays become 0, and those of others 1.
+        override_intensity: whether intensities become 0 for removed rays, and 1 for all others.
     """
 
     lower_threshold: float = 8000.0
@@ -121,7 +121,7 @@ class AngularBoundsFilter:
         return cls(*_read_bounds(parameters))
 
     def apply(self, scan: Any, matrix_to: MatrixTo) -> Any:
-        """Return the filtered scan. As in stock ROS, it keeps at least the ray at which it begins.
+        """Return the filtered scan. As in stock ROS, at least the first ray from ``lower_angle`` on is kept.
 
         Raises:
             FilterError: the time of its first ray cannot be computed.
@@ -152,7 +152,7 @@ class AngularBoundsFilter:
 
 @dataclass(frozen=True)
 class AngularBoundsFilterInPlace:
-    """Sets the rays between two directions to more than the scanner's maximum range.
+    """Sets the ranges of rays between two directions to more than the scanner's maximum range.
 
     Attributes:
         lower_angle, upper_angle: in radians.
@@ -175,12 +175,12 @@ class AngularBoundsFilterInPlace:
 
 @dataclass(frozen=True)
 class SectorFilter:
-    """Sets rays that end in a sector of a ring to more than the scanner's maximum range.
+    """Sets the ranges of rays that end in a sector of a ring to more than the scanner's maximum range.
 
     Attributes:
         angle_min, angle_max: the directions in which the sector begins and ends, counter-clockwise, in radians.
         range_min, range_max: the radii of the ring in metres.
-        clear_inside: False to do so with the rays that end elsewhere.
+        clear_inside: False to set the rays that end elsewhere instead.
     """
 
     angle_min: float = 0.0
@@ -212,7 +212,7 @@ class SectorFilter:
 
 @dataclass(frozen=True)
 class MaskFilter:
-    """Removes certain rays, by their numbers.
+    """Removes rays with the given indices.
 
     Attributes:
         masks: the indices of the rays, by the scan's frame.
@@ -236,7 +236,7 @@ class MaskFilter:
         return cls({frame: tuple(rays) for frame, rays in masks.items()})
 
     def apply(self, scan: Any, matrix_to: MatrixTo) -> Any:
-        """Return the filtered scan. Scans of frames that have no mask are not changed."""
+        """Return the filtered scan. A scan whose frame has no mask is not changed."""
         mask = self.masks.get(scan.header.frame_id)
         if mask is None:
             return scan

@@ -1,1 +1,1 @@
-"""The package map_server: map_server publishes a map from a picture, map_saver writes one (https://wiki.ros.org/map_server)."""
+"""The package map_server: map_server publishes a map from an image, map_saver saves one (https://wiki.ros.org/map_server)."""

@@ -12,7 +12,7 @@ from pyros1.robot_nodes.map_server.description import Description
 
 FREE, OCCUPIED, UNKNOWN = 0, 100, -1
 _FREE_PIXEL, _OCCUPIED_PIXEL, _UNKNOWN_PIXEL = 254, 0, 205
-"""Brightness in maps that are saved."""
+"""Brightness in saved maps."""
 
 
 def to_cells(pixels: NDArray[np.uint8], description: Description) -> NDArray[np.int8]:
@@ -24,14 +24,14 @@ def to_cells(pixels: NDArray[np.uint8], description: Description) -> NDArray[np.
     Args:
         pixels: brightness with shape (height, width), or colours (RGB or RGBA) with shape (height, width, 3 or 4); the
             upper row first.
-        description: how to interpret them.
+        description: defines how to interpret the pixels.
 
     Returns:
         An array of shape (height, width), the lower row first. In "raw", cells are pixels, modulo 256.
     """
     pixels = pixels[::-1]
     alpha = pixels[:, :, 3] if pixels.ndim == 3 and pixels.shape[2] == 4 else None
-    # All values that a pixel's sum of channels can have are few: cells are looked up, which takes little memory.
+    # The sum of a pixel's channels has few possible values, so cells are looked up in a small table.
     if pixels.ndim == 2:
         sums, num_channels = pixels.astype(np.uint16), 1
     else:
@@ -51,7 +51,7 @@ def _cells_of(brightness: NDArray[np.float64], description: Description) -> NDAr
     occupancy = (255 - brightness) / 255
     low, high = description.free_thresh, description.occupied_thresh
     if description.mode == "scale" and high > low:
-        with np.errstate(over="ignore"):  # of thresholds that hardly differ; the result is clipped
+        with np.errstate(over="ignore"):  # if the thresholds hardly differ; the result is clipped
             between = 1 + 98 * np.clip((occupancy - low) / (high - low), 0, 1)
     else:
         between = np.full(occupancy.shape, UNKNOWN)
@@ -59,7 +59,7 @@ def _cells_of(brightness: NDArray[np.float64], description: Description) -> NDAr
 
 
 def to_pixels(cells: NDArray[np.int8], free: int, occupied: int) -> NDArray[np.uint8]:
-    """Return the picture of a map, the upper row first.
+    """Return the image of a map, the upper row first.
 
     Args:
         cells: the map, with shape (height, width), the lower row first.

@@ -13,16 +13,17 @@ MODES = ("trinary", "scale", "raw")
 
 
 class Description(NamedTuple):
-    """What a map's YAML file says.
+    """The content of a map's YAML file.
 
     Attributes:
-        image: path of the picture, absolute or relative to the YAML file.
+        image: path of the image, absolute or relative to the YAML file.
         resolution: size of a pixel in m.
-        origin: pose of the lower left corner of the picture in the map's frame: x and y in m, yaw in radians.
+        origin: pose of the image's lower left corner in the map's frame: x and y in m, yaw in radians.
         negate: whether dark pixels are free, and bright ones occupied.
         occupied_thresh: occupancy above which a cell is occupied, from 0 to 1.
         free_thresh: occupancy below which a cell is free.
-        mode: how the others are interpreted: unknown ("trinary"), a percentage ("scale"); "raw" takes pixels as cells.
+        mode: how all other cells are interpreted: as unknown ("trinary") or as a percentage ("scale"). In "raw", pixels
+            are cells.
     """
 
     image: str
@@ -82,7 +83,7 @@ def _number(values: Any, name: str) -> float:
 
 
 def _to_number(value: object) -> float | None:
-    """Convert a YAML value: 1e-2 is a number for the original, but a string in YAML 1.1; negate may be false."""
+    """Convert a YAML value: 1e-2 is a number in the original, but a string in YAML 1.1; negate may be false."""
     try:
         number = float(value) if isinstance(value, (int, float, str)) else None
     except (ValueError, OverflowError):
@@ -98,7 +99,7 @@ def format_description(image: str, resolution: float, origin: tuple[float, float
     """Return the YAML file for a map that `cells.to_pixels` made, in the original's format.
 
     Args:
-        image: the picture's path.
+        image: the image's path.
         resolution: size of a pixel in m.
         origin: x and y in m, yaw in radians.
     """

@@ -1,4 +1,4 @@
-"""What can be wrong with a map."""
+"""Errors about maps."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ class MapError(Error):
 
 
 class MapMissingError(MapError):
-    """There is no such file, or it may not be read."""
+    """The file does not exist, or cannot be read."""
 
 
 class MapDataError(MapError):
-    """The picture of a map is damaged, too large, or of a format that cannot be read."""
+    """A map's image is damaged, too large, or in an unsupported format."""
 
 
 class MapMetadataError(MapError):

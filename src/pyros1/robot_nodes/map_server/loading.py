@@ -51,7 +51,7 @@ def load_map(path: str) -> Map:
 
 
 def load_picture(description: Description) -> Map:
-    """Read a map whose description is known; the errors are those of `load_map`."""
+    """Read a map whose description is known; raises the same errors as `load_map`."""
     with _naming(description.image):
         cells = to_cells(_read_pixels(description.image), description)
     return Map(cells, description.resolution, description.origin)
@@ -59,7 +59,7 @@ def load_picture(description: Description) -> Map:
 
 @contextmanager
 def _naming(path: str) -> Iterator[None]:
-    """Put a file's path in front of errors about it."""
+    """Add a file's path to the beginning of errors about it."""
     try:
         yield
     except MapError as error:
@@ -91,7 +91,7 @@ def _read(path: str, max_bytes: int) -> bytes:
     try:
         data = read_regular_file(path, max_bytes + 1)
     except (OSError, ValueError) as error:
-        # roslaunch starts nodes in another folder than the user's.
+        # roslaunch does not start nodes in the user's current folder.
         where = "" if os.path.isabs(path) else f" (in the folder {os.getcwd()}; nodes of launch files need a full path)"
         raise MapMissingError(f"cannot be read: {getattr(error, 'strerror', None) or error}{where}") from None
     if len(data) > max_bytes:

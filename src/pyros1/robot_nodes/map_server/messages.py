@@ -1,4 +1,4 @@
-"""Makes messages of maps, and maps of messages (no I/O)."""
+"""Converts maps to messages and back (no I/O)."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from pyros1.tf.rotation import from_angles, to_angles
 
 
 def make_grid(cells: NDArray[np.int8], resolution: float, origin: tuple[float, float, float]) -> Any:
-    """Return a nav_msgs/OccupancyGrid without stamps and frame.
+    """Return a nav_msgs/OccupancyGrid without stamps or frame.
 
     Args:
         cells: the map, with shape (height, width), the lowest row first.
@@ -34,7 +34,7 @@ def read_grid(message: Any) -> tuple[NDArray[np.int8], tuple[float, float, float
     """Return the cells of a nav_msgs/OccupancyGrid, with shape (height, width), and its origin: x, y, yaw.
 
     Raises:
-        MapDataError: it has no cells, or not as many as it says.
+        MapDataError: it has no cells, or their number does not match its size.
     """
     info = message.info
     cells = np.asarray(message.data, dtype=np.int8)

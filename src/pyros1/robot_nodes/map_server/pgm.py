@@ -1,4 +1,4 @@
-"""Reads and writes PGM, the picture format of most maps, without Pillow (no I/O).
+"""Reads and writes PGM, the image format of most maps, without Pillow (no I/O).
 
 See https://netpbm.sourceforge.net/doc/pgm.html.
 """
@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 from pyros1.robot_nodes.map_server.errors import MapDataError
 
 MAX_PIXELS = 1 << 27
-"""Maximum number of pixels of a picture."""
+"""Maximum number of pixels of an image."""
 _MAX_TEXT_BYTES = 1 << 26
 _MAX_HEADER_BYTES = 1 << 16
-"""To match a gap takes a hundred bytes of memory for each of its characters."""
+"""Limits memory: matching a gap takes a hundred bytes for each of its characters."""
 _WHITE = 255
 _GAP = rb"(?:\s|#[^\r\n]*[\r\n])+"
 _HEADER = re.compile(rb"(P[25])" + 3 * (_GAP + rb"(\d{1,9})") + rb"(?:#[^\r\n]*[\r\n]|\s)")
@@ -25,14 +25,14 @@ _NUMBERS = re.compile(rb"[0-9\s]*")
 
 
 def is_pgm(data: bytes) -> bool:
-    """Return whether a file begins as PGM files do."""
+    """Return whether a file begins like a PGM file."""
     return data[:2] in (b"P2", b"P5")
 
 
 def read_pgm(data: bytes) -> NDArray[np.uint8]:
     """Read a PGM file: binary (P5) or text (P2), with 8 or 16 bits.
 
-    As in SDL, with which the original reads maps, brightness is scaled to 0 ... 255. SDL refuses 16 bits.
+    As in SDL, which the original uses to read maps, brightness is scaled to 0 ... 255. SDL rejects 16 bits.
 
     Returns:
         The brightness of the pixels, with shape (height, width), the upper row first.

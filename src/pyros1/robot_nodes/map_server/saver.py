@@ -1,4 +1,4 @@
-"""map_saver: waits for a map and writes it into files (https://wiki.ros.org/map_server#map_saver)."""
+"""map_saver: waits for a map and saves it (https://wiki.ros.org/map_server#map_saver)."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from pyros1.robot_nodes.map_server.pgm import write_pgm
 
 
 def save_map(message: Any, name: str, occupied: int = 65, free: int = 25) -> tuple[str, str]:
-    """Write a map into NAME.pgm and NAME.yaml, which map_server reads; return the two paths.
+    """Save a map as NAME.pgm and NAME.yaml, which map_server reads; return the two paths.
 
     Args:
         message: a nav_msgs/OccupancyGrid.
@@ -34,7 +34,7 @@ def save_map(message: Any, name: str, occupied: int = 65, free: int = 25) -> tup
     picture, description = f"{name}.pgm", f"{name}.yaml"
     pixels = to_pixels(cells, free, occupied)
     _write(picture, write_pgm(pixels, f"CREATOR: map_saver of pyros1 {resolution:.3f} m/pix"))
-    # Without its folder, unlike the original, whose maps in other folders are found only from where they were saved.
+    # Without the folder: the original writes the path, so a map saved in another folder can only be loaded from there.
     _write(description, format_description(os.path.basename(picture), resolution, origin).encode())
     return picture, description
 
@@ -44,7 +44,7 @@ def _write(path: str, data: bytes) -> None:
     try:
         with open(part, "wb") as file:
             file.write(data)
-        os.replace(part, path)  # so that an earlier map is there until the new one is complete
+        os.replace(part, path)  # keeps an earlier map until the new one is complete
     except OSError as error:
         raise MapError(f"{path} cannot be written: {error.strerror}") from None
 

@@ -1,4 +1,4 @@
-"""map_server: publishes a map from a picture (https://wiki.ros.org/map_server#map_server)."""
+"""map_server: publishes a map from an image (https://wiki.ros.org/map_server#map_server)."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""nodelet manager: a node with the services of a manager of nodelets, which does not load any.
+"""nodelet manager: a node with a nodelet manager's services, which does not load any nodelets.
 
-Nodelets run in processes of their own, so a manager has nothing to do. It exists for the launch files that start one,
-and tells those that call its services.
+Each nodelet runs in its own process, so a manager has nothing to do. It exists because launch files start one; callers
+of its services get an error.
 """
 
 from __future__ import annotations

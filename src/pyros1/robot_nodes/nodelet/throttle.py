@@ -1,7 +1,7 @@
-"""What nodelets made of nodelet_topic_tools' NodeletThrottle do, for messages of any type.
+"""Replaces nodelets made from nodelet_topic_tools' NodeletThrottle, for messages of any type.
 
-They limit the rate of a topic: topic_in becomes topic_out (https://wiki.ros.org/nodelet_topic_tools). Packages make
-such nodelets, named NodeletThrottleImage and the like, for the types that they need.
+They limit the rate of a topic: topic_in becomes topic_out (https://wiki.ros.org/nodelet_topic_tools). Packages define
+such nodelets, with names like NodeletThrottleImage, for the types that they need.
 """
 
 from __future__ import annotations
@@ -20,10 +20,10 @@ _QUEUE_SIZE = 10
 
 
 class Throttle:
-    """Passes messages on, at most ``~update_rate`` of them per second; others can change that while it runs.
+    """Forwards at most ``~update_rate`` messages per second. The rate can be changed with dynamic_reconfigure.
 
-    Until the first message, topic_out is not advertised, since its type is not known; afterwards, topic_in is
-    subscribed to only while topic_out has subscribers.
+    topic_out is not advertised before the first message, since its type is unknown. After that, the node subscribes to
+    topic_in only while topic_out has subscribers.
 
     Args:
         node: the node.
@@ -39,7 +39,7 @@ class Throttle:
         parameters = Parameters()
         parameters.add("update_rate", -1.0, "Maximum rate in Hz; 0 or less for no limit", minimum=-1.0)
         self._server = Server(node, parameters, self._configure)
-        with self._lock:  # the first message may come before this subscription is known
+        with self._lock:  # the first message may arrive before `_first` is set
             self._first = node.subscribe("topic_in", AnyMsg, self._begin, queue_size=_QUEUE_SIZE)
 
     def _configure(self, config: Any, level: int) -> Any:
@@ -65,7 +65,7 @@ class Throttle:
             self._publisher.publish(message)
 
     def _is_due(self, now: float) -> bool:
-        """Return whether a message may pass: also if time has jumped back since the last one, as in bags that loop."""
+        """Return whether to forward a message now. If time has jumped back (as in a looping bag), this is True."""
         rate, last = self._rate, self._passed_at
         if rate > 0 and last is not None and last <= now < last + 1 / rate:
             return False

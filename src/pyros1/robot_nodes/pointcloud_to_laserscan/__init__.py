@@ -1,1 +1,1 @@
-"""Point clouds as laser scans, and laser scans as point clouds (https://wiki.ros.org/pointcloud_to_laserscan)."""
+"""Converts point clouds to laser scans and back (https://wiki.ros.org/pointcloud_to_laserscan)."""

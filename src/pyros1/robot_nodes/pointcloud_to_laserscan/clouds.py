@@ -1,4 +1,4 @@
-"""The points of a sensor_msgs/PointCloud2 as numpy arrays, and points as such a message (no I/O)."""
+"""Converts sensor_msgs/PointCloud2 to numpy arrays and back (no I/O)."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ _DATATYPES: Mapping[str, int] = {name: datatype for datatype, name in _NUMPY_TYP
 
 
 def read_positions(cloud: Any) -> NDArray[np.float64]:
-    """Return the positions of all points of a cloud, also those that are NaN, as an array of shape (n, 3).
+    """Return the positions of all points of a cloud, including NaN, as an array of shape (n, 3).
 
     Args:
         cloud: a sensor_msgs/PointCloud2. Its data may be bytes or an array of bytes.
 
     Raises:
-        MessageError: the cloud has no x, y or z, or fewer bytes than its size says.
+        MessageError: the cloud has no x, y or z, or too few bytes for its size.
     """
     data = np.frombuffer(cloud.data, np.uint8)
     height, width, point_step, row_step = cloud.height, cloud.width, cloud.point_step, cloud.row_step
@@ -32,7 +32,7 @@ def read_positions(cloud: Any) -> NDArray[np.float64]:
         return np.empty((0, 3))
     if row_step < width * point_step or len(data) < row_step * (height - 1) + width * point_step:
         raise MessageError(f"{len(data)} bytes are too few for {width} x {height} points of {point_step} bytes")
-    fields = [_find_field(cloud, name) for name in "xyz"]  # first: points without bytes may be any number
+    fields = [_find_field(cloud, name) for name in "xyz"]  # before allocating: there may be any number of empty points
     positions = np.empty((height, width, 3))
     for axis, (offset, dtype) in enumerate(fields):
         positions[:, :, axis] = np.ndarray((height, width), dtype, data, offset, (row_step, point_step))

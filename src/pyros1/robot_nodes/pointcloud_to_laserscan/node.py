@@ -1,6 +1,6 @@
 """pointcloud_to_laserscan_node and laserscan_to_pointcloud_node (https://wiki.ros.org/pointcloud_to_laserscan).
 
-Both receive nothing while their output has no subscribers.
+Both subscribe to their input only while their output has subscribers.
 """
 
 from __future__ import annotations
@@ -31,13 +31,13 @@ _MAX_QUEUE_SIZE = 100
 
 
 class Converter:
-    """Converts the messages of one topic to messages of another, in a target frame if the node has one.
+    """Converts messages of one topic to messages of another, in a target frame if the node has one.
 
     Args:
         node: the node.
         parameters: its parameters.
-        input_topic, input_type: what it receives.
-        output_topic, output_type: what it publishes.
+        input_topic, input_type: the topic to subscribe to.
+        output_topic, output_type: the topic to publish.
         queue_size: the number of messages that may wait.
         convert: called with a message, the header of the output, and the matrix that converts points to the target
             frame, or None; it returns the output.
@@ -87,7 +87,7 @@ class Converter:
 
 
 def start_cloud_to_scan(node: Node) -> Converter:
-    """Start what pointcloud_to_laserscan_node does: ``cloud_in`` becomes ``scan``."""
+    """Start pointcloud_to_laserscan_node, which converts ``cloud_in`` to ``scan``."""
     parameters = PrivateParameters.of(node)
     settings = read_settings(parameters)
 
@@ -109,7 +109,7 @@ def start_cloud_to_scan(node: Node) -> Converter:
 
 
 def start_scan_to_cloud(node: Node) -> Converter:
-    """Start what laserscan_to_pointcloud_node does: ``scan_in`` becomes ``cloud``."""
+    """Start laserscan_to_pointcloud_node, which converts ``scan_in`` to ``cloud``."""
     parameters = PrivateParameters.of(node)
 
     def convert(scan: Any, header: Any, matrix: NDArray[np.float64] | None) -> PointCloud2:
@@ -124,7 +124,7 @@ def start_scan_to_cloud(node: Node) -> Converter:
 
 
 def _as_float32(number: float) -> float:
-    """Return a number as a message has it: those that are too large for its fields become infinite."""
+    """Convert a number to float32, as in a message; numbers that are too large become infinite."""
     with np.errstate(over="ignore"):
         return float(np.float32(number))
 

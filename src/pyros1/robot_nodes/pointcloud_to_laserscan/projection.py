@@ -1,4 +1,4 @@
-"""Projects points into a laser scan, and a laser scan to points (no I/O)."""
+"""Projects points to a laser scan, and converts a laser scan to points (no I/O)."""
 
 from __future__ import annotations
 
@@ -22,16 +22,16 @@ _SMALLEST_INCREMENT = 1e-6
 
 @dataclass(frozen=True)
 class ScanSettings:
-    """The shape of the scan, and which points count.
+    """The geometry of the scan, and which points are used.
 
     Attributes:
-        min_height, max_height: the lowest and the highest z of points that count, in metres.
+        min_height, max_height: minimum and maximum z of used points, in metres.
         angle_min, angle_max: the directions of the first ray and of the end of the scan, in radians.
         angle_increment: the angle between rays in radians.
         scan_time: the time between scans in seconds, which is only copied into the scan.
-        range_min, range_max: the shortest and the longest distance of points that count, in metres.
-        use_inf: whether rays without a point get the range infinity, instead of ``range_max + inf_epsilon``.
-        inf_epsilon: in metres.
+        range_min, range_max: minimum and maximum distance of used points, in metres.
+        use_inf: whether the range of rays without a point is infinity, not ``range_max + inf_epsilon``.
+        inf_epsilon: see ``use_inf``, in metres.
     """
 
     min_height: float = sys.float_info.min
@@ -48,14 +48,14 @@ class ScanSettings:
     @property
     def num_rays(self) -> int:
         """The number of rays of the scan."""
-        # In single precision, like the fields of the message: -pi to pi in steps of one degree are 360 rays, not 361.
+        # In single precision, as in the message: -pi to pi in steps of one degree gives 360 rays, not 361.
         single = np.float32
         angle = float((single(self.angle_max) - single(self.angle_min)) / single(self.angle_increment))
         return max(1, math.ceil(angle))
 
 
 def read_settings(parameters: PrivateParameters) -> ScanSettings:
-    """Return the settings in a node's parameters; if the angles are impossible, they are reported and not used."""
+    """Read the settings from a node's parameters; impossible angles are reported and replaced with the defaults."""
     default = ScanSettings()
     number = parameters.number
     angle_min = number("angle_min", default.angle_min, -_LARGEST_ANGLE, _LARGEST_ANGLE)
@@ -79,14 +79,14 @@ def read_settings(parameters: PrivateParameters) -> ScanSettings:
 
 
 def project(positions: NDArray[np.float64], settings: ScanSettings) -> NDArray[np.float32]:
-    """Return the ranges of a scan: in the sector that begins at each ray, the distance of the nearest point.
+    """Return the ranges of a scan: for each ray, the distance to the nearest point in the sector that begins there.
 
     Args:
-        positions: the points, of shape (n, 3), in metres; x is forwards, z upwards. NaN does not count.
-        settings: the shape of the scan.
+        positions: the points, of shape (n, 3), in metres; x is forwards, z upwards. NaN is ignored.
+        settings: the geometry of the scan.
     """
     empty = math.inf if settings.use_inf else settings.range_max + settings.inf_epsilon
-    with np.errstate(all="ignore"):  # beyond float32, and what is made of numbers that are not finite
+    with np.errstate(all="ignore"):  # numbers may be too large for float32, or not finite
         return _nearest(positions, settings, empty)
 
 
@@ -106,11 +106,11 @@ def _nearest(positions: NDArray[np.float64], settings: ScanSettings, empty: floa
 
 
 def unproject(scan: Any) -> dict[str, NDArray[Any]]:
-    """Return the points of a sensor_msgs/LaserScan, without rays that are outside its limits.
+    """Return the points of a sensor_msgs/LaserScan, without rays outside its limits.
 
     Returns:
-        Arrays of float32: x, y, z (which is 0), and intensity if the scan has intensities; and index, the number of
-        the ray, as int32.
+        Arrays of float32: x, y, z (which is 0), and intensity if the scan has intensities; and index, the index of the
+        ray, as int32.
     """
     ranges = np.asarray(scan.ranges, np.float64)
     valid = np.flatnonzero((ranges >= scan.range_min) & (ranges < scan.range_max))

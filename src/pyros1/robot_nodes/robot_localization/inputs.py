@@ -172,7 +172,7 @@ class _Covariance:
         self._matrix = np.zeros((0, 0))
 
     def to_matrix(self, numbers: Any) -> Array:
-        """Return k * k numbers as a (k, k) matrix, or (6, 6) if angular. For unchanged numbers, the array is the same."""
+        """Return k * k numbers as a (k, k) matrix, or (6, 6) if angular; for unchanged numbers, the same array."""
         numbers = tuple(numbers)
         if numbers != self._numbers:
             size = round(len(numbers) ** 0.5)

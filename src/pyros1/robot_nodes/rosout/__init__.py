@@ -1,1 +1,1 @@
-"""The package rosout: the node that collects the log messages of all nodes (https://wiki.ros.org/rosout)."""
+"""The package rosout: a node that collects the log messages of all nodes (https://wiki.ros.org/rosout)."""

@@ -1,6 +1,6 @@
-"""rosout: collects the log messages, unless `pyros1 core` or a launch does so already.
+"""rosout: collects the log messages, unless `pyros1 core` or a launch already does.
 
-Stock's node would take the place of the one that is running, which is then started again, and so on.
+Stock's node would replace the one that is running, which would then be restarted and replace it, and so on.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from pyros1.node.log.sink import default_log_file
 
 NAME = "/rosout"
 _TIMEOUT = 3.0
-"""Seconds for responses of the master and of the node that may be running."""
+"""Seconds to wait for responses from the master and from a /rosout that may be running."""
 
 
 def is_running(uri: str) -> bool:
@@ -50,7 +50,7 @@ def is_running(uri: str) -> bool:
 
 
 def start(node: Node, environ: Mapping[str, str]) -> RosoutAggregator:
-    """Collect log messages: publish them on /rosout_agg, and write them to ``rosout.log``, in the folder of its log."""
+    """Publish log messages on /rosout_agg, and write them to ``rosout.log`` in the folder of the node's own log."""
     folder = os.path.dirname(default_log_file(node.name, environ, node.arguments.special))
     return RosoutAggregator(node, os.path.join(folder, "rosout.log"))
 
@@ -64,7 +64,7 @@ def main(argv: list[str], wait: Callable[[], object] = _wait) -> int:
 
     Args:
         argv: the command line, with the program's name.
-        wait: waits until the process is interrupted, if another node collects the messages.
+        wait: waits until the process is interrupted; called if another node collects the messages.
     """
     special = parse_arguments(argv[1:]).special
     if is_running(master_uri(os.environ, special)):
@@ -74,7 +74,7 @@ def main(argv: list[str], wait: Callable[[], object] = _wait) -> int:
             wait()
         return 0
     args = argv[1:]
-    if "__log" not in special:  # else the node's own log would be written to the same file
+    if "__log" not in special:  # keep the node's own log out of rosout.log
         folder = os.path.dirname(default_log_file(NAME, os.environ, special))
         args = [*args, f"__log:={os.path.join(folder, 'rosout-1.log')}"]
     with Node("rosout", argv=args, rosout=False) as node:

@@ -1,4 +1,4 @@
-"""rosserial_python: boards with a microcontroller take part in ROS, over a serial line or TCP.
+"""rosserial_python: connects microcontroller boards to ROS, over a serial port or TCP.
 
 See https://wiki.ros.org/rosserial and https://wiki.ros.org/rosserial/Overview/Protocol.
 """

@@ -1,4 +1,4 @@
-"""One board: its topics and services in ROS, and what the session with it says to do."""
+"""One board: its topics and services in ROS; carries out the actions of its session."""
 
 from __future__ import annotations
 
@@ -36,9 +36,9 @@ class Board:
     Args:
         node: the node that has the board's topics and services.
         name: the port, for the log and diagnostics.
-        hint: what to check if bytes arrive that are not rosserial's.
+        hint: what the user should check if the received bytes are not rosserial's protocol.
         changed: called when the status has changed.
-        servers: the services of all boards of the node.
+        servers: the services of all the node's boards.
     """
 
     def __init__(self, node: Node, name: str, hint: str, changed: Callable[[], None], servers: Servers) -> None:
@@ -108,7 +108,7 @@ class Board:
         self._worker.join(1.0)
 
     def send(self, topic_id: int, data: bytes) -> bool:
-        """Send a message to the board; return whether that was possible."""
+        """Send a message to the board; return whether it was sent."""
         if len(data) > MAX_DATA:
             self._node.log.error("a message of %d bytes is too large for the board", len(data), throttle=10)
             return False
@@ -121,7 +121,7 @@ class Board:
         try:
             with self._write_lock:
                 port.write(frame)
-        except PortError as error:  # if the connection is broken, `run` says so
+        except PortError as error:  # if the connection is broken, `run` reports it
             self._node.log.debug("%s: %s", self._name, error)
             return False
         return True
@@ -149,12 +149,12 @@ class Board:
                     self._log(min(action.level, 4), one_line(action.text, 1000))
 
     def _log(self, level: int, text: str) -> None:
-        """Log a line of the board's program, unless there are too many."""
+        """Log a line from the board's program, unless there are too many."""
         if not self._log_budget.allows(time.monotonic()):
             return
         if dropped := self._log_budget.take_dropped():
             self._node.log.warn(
-                "%s: %d lines that it logged were dropped, since they are too many", self._name, dropped
+                "%s: dropped %d log lines, since there were too many", self._name, dropped
             )
         getattr(self._node.log, _LEVELS[level])("%s", text)
 
@@ -179,7 +179,7 @@ class Board:
                     self._node.log.peer_event(LOG_ERROR, "%s: %s", self._name, error, link=self._name)
 
     def status(self) -> Any:
-        """Return a DiagnosticStatus as stock's: with the times of the last sync and of the last loss."""
+        """Return a DiagnosticStatus like stock's, with the times of the last sync and the last loss of it."""
         status = Status(name="rosserial_python", hardware_id=self._name)
         status.summary(ERROR if self._problem else OK, self._problem or "connected")
         status.add("last sync", time.ctime(self._last_sync) if self._last_sync else "never")

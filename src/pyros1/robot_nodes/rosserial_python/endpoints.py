@@ -54,12 +54,12 @@ class Endpoints:
         self._receivers: dict[int, Callable[[bytes], None]] = {}
 
     def set_up(self, endpoint: Endpoint) -> None:
-        """Create an endpoint, or give the one of this name its new topic id. What is not possible is logged."""
+        """Create an endpoint, or update the topic id of an existing one. Errors are logged."""
         title = _TITLES[endpoint.kind]
         self._receivers.pop(endpoint.id, None)
         try:
             if (title, endpoint.name) not in self._parts and len(self._parts) >= MAX_ENDPOINTS:
-                text = "the board has announced %d topics and services until now: %s is ignored"
+                text = "the board has already announced %d topics and services: %s is ignored"
                 self._node.log.error(text, MAX_ENDPOINTS, one_line(endpoint.name, 100), throttle=10)
                 return
             self._set_up(title, endpoint)
@@ -94,17 +94,17 @@ class Endpoints:
             )
 
     def deliver(self, endpoint: Endpoint, data: bytes) -> None:
-        """Pass on a message that the board sent."""
+        """Pass on a message from the board."""
         receive = self._receivers.get(endpoint.id)
         if receive is None:
-            return  # it could not be created, which was logged
+            return  # it could not be created; this was logged
         try:
             receive(data)
         except MessageError as error:
             self._node.log.warn("%s: the board sent an invalid message: %s", endpoint.name, error, throttle=10)
 
     def on_disconnected(self) -> None:
-        """Let the calls fail for whose responses clients wait."""
+        """Let pending service calls fail."""
         for part in list(self._parts.values()):
             part.on_disconnected()
 
@@ -121,10 +121,10 @@ class Endpoints:
 
 
 def _check_md5sum(endpoint: Endpoint, cls: Any) -> None:
-    """Check that board and host mean the same by a type.
+    """Check that the board and the host have the same definition of a type.
 
     Raises:
-        NodeError: they do not.
+        NodeError: the definitions differ.
     """
     if endpoint.kind in (Kind.SERVER_REQUESTS, Kind.CLIENT_REQUESTS):
         cls = cls._request_class
@@ -141,8 +141,8 @@ class _Part:
     """A topic or service of the board.
 
     Args:
-        node, send, submit: as for `Endpoints`.
-        endpoint: what the board says of it.
+        node, send, submit: see `Endpoints`.
+        endpoint: the board's description of it.
         type: the message or service class.
     """
 
@@ -158,15 +158,15 @@ class _Part:
         raise NotImplementedError
 
     def attach(self, endpoint: Endpoint) -> None:
-        """Take the topic id for messages to the board, if the endpoint is for these."""
+        """Use an endpoint's topic id for messages to the board, if they have this direction."""
         if endpoint.kind in (Kind.SUBSCRIBER, Kind.SERVER_REQUESTS, Kind.CLIENT_RESPONSES):
             self._id, self._room = endpoint.id, endpoint.buffer_size
 
     def receive(self, data: bytes) -> None:
-        """Take a message from the board."""
+        """Handle a message from the board."""
 
     def on_disconnected(self) -> None:
-        """Drop everything that waits for the board."""
+        """Give up everything that waits for the board."""
 
     def close(self) -> None:
         """Remove it from ROS."""
@@ -196,7 +196,7 @@ class _BoardSubscriber(_Part):
 
 
 class _BoardServer(_Part):
-    """A service that the board provides: one call at a time, since responses have no numbers."""
+    """A service that the board provides. It handles one call at a time, since responses have no ids."""
 
     def _open(self) -> Any:
         self._lock = threading.Lock()
@@ -210,7 +210,7 @@ class _BoardServer(_Part):
     def _call(self, request: Any) -> Any:
         with self._lock:
             while not self._responses.empty():
-                self._responses.get_nowait()  # of a call that was given up
+                self._responses.get_nowait()  # the response to a call that timed out
             if not self._send_message(request):
                 raise ServiceError(f"{self._name}: the board is not connected")
             try:

@@ -20,7 +20,7 @@ class Frame(NamedTuple):
     """A frame with the right checksums.
 
     Attributes:
-        topic_id: what the data is about: an id of rosserial_msgs/TopicInfo, or from 100 on one that the board chose.
+        topic_id: the kind of data: an id from rosserial_msgs/TopicInfo, or one of 100 or more that the board chose.
         data: a serialized message.
     """
 
@@ -45,35 +45,35 @@ def _checksum(data: bytes) -> bytes:
 
 
 class FrameReader:
-    """Finds frames in a stream of bytes of which some may be lost or wrong.
+    """Finds frames in a stream of bytes, some of which may be lost or wrong.
 
-    After wrong bytes, the search goes on right behind the last sync bytes, so that a frame that was cut off, or whose
-    length was wrong, does not hide the frames that follow.
+    After wrong bytes, the search continues right after the last sync bytes, so that a frame that was cut off or has a
+    wrong length does not hide the following frames.
 
     Attributes:
-        skipped: how many bytes belonged to no frame until now.
+        skipped: number of bytes so far that belonged to no frame.
     """
 
     def __init__(self) -> None:
         self.skipped = 0
         self._buffer = bytearray()
-        # For each place in the buffer, and its end, the sum of all bytes before, modulo 256: otherwise, bytes in which
-        # many frames of 64 KiB seem to begin would take minutes.
+        # For each position in the buffer, including its end, the sum of all bytes before it, modulo 256. Without it,
+        # data in which many frames of 64 KiB seem to begin would take minutes to check.
         self._sums = bytearray(1)
 
     @property
     def is_inside(self) -> bool:
-        """Whether a frame has begun that is not complete."""
+        """Whether there is an incomplete frame."""
         return bool(self._buffer)
 
     def feed(self, data: bytes) -> list[Frame]:
-        """Take received bytes, and return the frames that are complete."""
+        """Add received bytes, and return the frames that are now complete."""
         self._buffer += data
         self._sums += bytes(total & 255 for total in accumulate(data, initial=self._sums.pop()))
         return self._take_frames()
 
     def give_up(self) -> list[Frame]:
-        """Stop waiting for the rest of a frame; return the frames that were received since its beginning."""
+        """Stop waiting for the rest of a frame; return the complete frames found after its beginning."""
         if self._buffer:
             self._skip(1)
         return self._take_frames()
@@ -122,5 +122,5 @@ class FrameReader:
         del self._sums[:count]
 
     def _has_checksum(self, start: int, end: int) -> bool:
-        """Return whether the last one of some bytes is the checksum of the others."""
+        """Return whether the last byte in a range is the checksum of the others."""
         return (self._sums[end] - self._sums[start]) % 256 == 255

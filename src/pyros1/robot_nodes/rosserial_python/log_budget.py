@@ -5,17 +5,17 @@ from __future__ import annotations
 BURST = 200
 """Lines that a board can log at once."""
 RATE = 20.0
-"""Lines per second that it can log for ever."""
+"""Lines per second that it can log permanently."""
 
 
 class LogBudget:
-    """Counts what a board logs.
+    """Counts a board's log lines.
 
     Args:
-        now: a monotonic time in seconds, as for the other methods.
+        now: a monotonic time in seconds, as in the other methods.
 
     Attributes:
-        num_dropped: how many lines were dropped since the last one that was allowed.
+        num_dropped: how many lines were dropped since the last call of `take_dropped`.
     """
 
     def __init__(self, now: float) -> None:
@@ -23,7 +23,7 @@ class LogBudget:
         self._room, self._time = float(BURST), now
 
     def allows(self, now: float) -> bool:
-        """Return whether a line may be written. After a drop, lines are refused until there is room for many again."""
+        """Return whether a line may be logged. After a drop, none may until there is room for a second's worth."""
         self._room = min(BURST, self._room + (now - self._time) * RATE)
         self._time = now
         if self._room < (RATE if self.num_dropped else 1.0):
@@ -33,6 +33,6 @@ class LogBudget:
         return True
 
     def take_dropped(self) -> int:
-        """Return how many lines were dropped, and forget them."""
+        """Return how many lines were dropped, and reset the count."""
         dropped, self.num_dropped = self.num_dropped, 0
         return dropped

@@ -1,8 +1,8 @@
 """serial_node.py: connects boards that use rosserial to ROS (https://wiki.ros.org/rosserial_python).
 
 ``serial_node.py [PORT [BAUD]]`` or ``serial_node.py tcp [TCP_PORT]``; the parameters are ``~port`` (/dev/ttyUSB0, or
-``tcp``), ``~baud`` (57600), ``~tcp_port`` (11411) and ``~fork_server`` (false; whether boards may be connected at the
-same time).
+``tcp``), ``~baud`` (57600), ``~tcp_port`` (11411) and ``~fork_server`` (false; whether several boards may be connected
+at the same time).
 """
 
 from __future__ import annotations
@@ -57,7 +57,7 @@ class SerialNode:
         if port == "tcp":
             run = self._prepare_tcp(params, second)
         else:
-            # Stock takes no speed from the command line, where people expect it; the parameter takes precedence.
+            # Unlike stock, accept a speed on the command line, as users expect; the parameter takes precedence.
             baud = _read_speed(params, second or DEFAULT_BAUD)
             run = partial(self._run_serial, port, baud)
         self._diagnostics = node.advertise("/diagnostics", DiagnosticArray, queue_size=10)

@@ -1,4 +1,4 @@
-"""Parameters in the form in which boards get them: arrays of one type."""
+"""Converts parameters to the form in which they are sent to boards: arrays of one type."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def parameter_response(name: str, value: Any) -> Any:
         value: a bool, an integer, a number, a string, or a list of one of these; None if it is not set.
 
     Raises:
-        UnsuitableParameterError: the parameter is not set, or boards cannot get such values.
+        UnsuitableParameterError: the parameter is not set, or such values cannot be sent to boards.
     """
     if value is None:
         raise UnsuitableParameterError(f"the board asks for the parameter {name}, which is not set")

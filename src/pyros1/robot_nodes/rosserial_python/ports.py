@@ -1,4 +1,4 @@
-"""Connections to boards: serial lines, and TCP."""
+"""Connections to boards: serial ports and TCP."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class Port(Protocol):
         """Send bytes.
 
         Raises:
-            PortError: the connection is broken, or takes no bytes for `WRITE_TIMEOUT`.
+            PortError: the connection is broken, or accepts no bytes for `WRITE_TIMEOUT`.
         """
 
     def close(self) -> None:
@@ -42,14 +42,14 @@ class Port(Protocol):
 
 
 class SerialPort:
-    """A serial line, by pyserial.
+    """A serial port, opened with pyserial.
 
     Args:
-        name: the device, such as "/dev/ttyUSB0", or a URL of pyserial.
+        name: the device, such as "/dev/ttyUSB0", or a pyserial URL.
         baud: the speed in bits per second.
 
     Raises:
-        PortError: it cannot be opened, or pyserial is not installed.
+        PortError: the port cannot be opened, or pyserial is not installed.
     """
 
     def __init__(self, name: str, baud: int) -> None:
@@ -69,7 +69,7 @@ class SerialPort:
         """Return what has arrived; see `Port`."""
         try:
             data: bytes = self._serial.read(max(1, min(self._serial.in_waiting, _CHUNK)))
-        except (OSError, TypeError) as error:  # TypeError: pyserial's, if it is closed meanwhile
+        except (OSError, TypeError) as error:  # pyserial raises TypeError if the port is closed meanwhile
             raise PortError(_explain(self._name, error)) from None
         return data
 
@@ -81,7 +81,7 @@ class SerialPort:
             raise PortError(_explain(self._name, error)) from None
 
     def close(self) -> None:
-        """Close the line."""
+        """Close the port."""
         self._serial.close()
 
 
@@ -131,8 +131,8 @@ class TcpPort:
         try:
             self._socket.sendall(data)
         except OSError as error:
-            # Part of the frame may have been sent, and a board that takes nothing does not run. The socket is not
-            # closed here: the thread that reads from it could then read from another one that got its number.
+            # Part of the frame may have been sent, and a board that accepts no data is not running. The socket is not
+            # closed here: the reading thread could then read from a new socket with the same file descriptor.
             self._end = "took no data"
             with suppress(OSError):
                 self._socket.shutdown(socket.SHUT_RDWR)

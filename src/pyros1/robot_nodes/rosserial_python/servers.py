@@ -1,4 +1,4 @@
-"""Which board provides which service, if several boards are connected."""
+"""Tracks which board provides which service, if several boards are connected."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ class Server(Protocol):
 class Servers:
     """The services of all boards of a node. Thread-safe.
 
-    A board that reconnects after its connection broke provides its services again, while the node still waits for the
-    old connection. So the newest one gets the service, as in stock ROS, where each connection is a node of its own.
+    A board that reconnects provides its services again, while the node may not have noticed yet that the old connection
+    is broken. So the newest connection gets the service, as in stock ROS, where each connection is a separate node.
     """
 
     def __init__(self) -> None:
@@ -26,7 +26,7 @@ class Servers:
         self._lock = threading.Lock()
 
     def replace(self, name: str, create: Callable[[], Any]) -> Any:
-        """Remove a service, if another board has it, and return the new one.
+        """Create a service, after removing one of the same name, and return it.
 
         Args:
             name: the resolved name of the service.
@@ -40,6 +40,6 @@ class Servers:
             return server
 
     def forget(self, server: object) -> None:
-        """Forget a service that its board has removed."""
+        """Stop tracking a service that its board has removed."""
         with self._lock:
             self._servers = {name: each for name, each in self._servers.items() if each is not server}

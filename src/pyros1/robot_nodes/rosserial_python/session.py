@@ -1,8 +1,8 @@
-"""What happens between the host and one board, without I/O: bytes and times go in, and what is to be done comes out.
+"""The protocol between the host and one board, without I/O: takes bytes and times, and returns actions to carry out.
 
-The host asks for the board's topics until the board answers. The answer is one rosserial_msgs/TopicInfo for each
-endpoint. A board that was reset is silent until it is asked again; so a silent board is asked again, too. Like stock,
-after 15 s of silence the host says that it lost the board.
+The host requests the board's topics until the board responds, with one rosserial_msgs/TopicInfo for each endpoint. A
+board that was reset is silent until the next request, so silent boards get further requests. After 15 s of silence, the
+host reports that it lost the board, like stock.
 """
 
 from __future__ import annotations
@@ -24,17 +24,17 @@ STOP_REQUEST = encode_frame(TopicInfo.ID_TX_STOP, b"")
 LOST_AFTER = 15.0
 """Seconds of silence until a board counts as lost, as in stock ROS."""
 ASK_AGAIN_AFTER = 5.0
-"""Seconds of silence until a board is asked for its topics again: boards ask for the time every 2.5 s."""
+"""Seconds of silence until the topics are requested again; boards normally request the time every 2.5 s."""
 ASK_PERIOD = 2.0
-"""Seconds between requests for the topics while no board answers. Boards that are reset by opening their port need as
-long to start."""
+"""Seconds between requests for the topics while the board does not respond. Boards that are reset when their port is
+opened take this long to start."""
 MAX_GAP = 1.0
-"""Seconds that a frame may pause before it counts as cut off."""
+"""Maximum pause in seconds within a frame; after a longer one, the frame is considered cut off."""
 MAX_ENDPOINTS = 500
 
 
 class Kind(IntEnum):
-    """The kinds of endpoints; the value is the topic id of the TopicInfo."""
+    """The kinds of endpoints; the value is the topic id of the TopicInfo message."""
 
     PUBLISHER = TopicInfo.ID_PUBLISHER
     SUBSCRIBER = TopicInfo.ID_SUBSCRIBER
@@ -54,7 +54,7 @@ class Endpoint:
         name: the name of the topic or service.
         type: the type of the messages or of the service.
         md5sum: the md5 sum of the messages, requests or responses in the board's program.
-        buffer_size: the largest message that the board can receive or send, in bytes; 0 or less if it does not say.
+        buffer_size: size in bytes of the largest message that the board can receive or send; 0 or less if unknown.
     """
 
     kind: Kind
@@ -90,14 +90,14 @@ class BoardLog:
 
 @dataclass(frozen=True)
 class SetUp:
-    """Create an endpoint, unless it is there."""
+    """Create an endpoint, unless it exists."""
 
     endpoint: Endpoint
 
 
 @dataclass(frozen=True)
 class Deliver:
-    """Pass on a message, request or response that the board sent."""
+    """Pass on a message, request or response from the board."""
 
     endpoint: Endpoint
     data: bytes
@@ -122,10 +122,10 @@ class Session:
     """The state of the link to one board.
 
     Args:
-        hint: what to check if bytes arrive, but no frames.
+        hint: what the user should check if bytes arrive, but no frames.
 
     Attributes:
-        is_synced: whether the board has answered, and is not lost.
+        is_synced: whether the board has responded, and is not lost.
     """
 
     def __init__(self, hint: str = "") -> None:
@@ -139,14 +139,14 @@ class Session:
 
     @property
     def is_lost(self) -> bool:
-        """Whether the board has been silent, or has sent nothing that can be understood, for `LOST_AFTER`."""
+        """Whether no valid frame has arrived for `LOST_AFTER`."""
         return self._has_complained
 
     def start(self, now: float) -> list[Action]:
-        """Begin on a new connection.
+        """Start the session on a new connection.
 
         Args:
-            now: a monotonic time in seconds, as for the other methods.
+            now: a monotonic time in seconds, as in the other methods.
         """
         self.is_synced = self._has_complained = False
         self._reader.clear()
@@ -155,12 +155,12 @@ class Session:
         return [self._ask(now)]
 
     def receive(self, data: bytes, now: float) -> list[Action]:
-        """Take bytes from the board."""
+        """Handle bytes from the board."""
         self._last_bytes = now
         return self._handle(self._reader.feed(data), now)
 
     def tick(self, now: float) -> list[Action]:
-        """Do what is due at this time; to be called several times a second."""
+        """Return the actions that are due; to be called several times per second."""
         actions: list[Action] = []
         if self._reader.is_inside and now - self._last_bytes > MAX_GAP:
             actions += self._handle(self._reader.give_up(), now)
@@ -216,7 +216,7 @@ class Session:
 
     def _handle_unknown(self, topic_id: int, now: float) -> list[Action]:
         if now - self._last_request < ASK_PERIOD:
-            return []  # it has been asked, and still sends what it sent before
+            return []  # the request is under way, and the board has not handled it yet
         text = f"the board sends messages with topic id {topic_id}, which it did not announce: asking for its topics"
         return [Say(Log.WARN, text), self._ask(now)]
 
