@@ -153,9 +153,7 @@ class Board:
         if not self._log_budget.allows(time.monotonic()):
             return
         if dropped := self._log_budget.take_dropped():
-            self._node.log.warn(
-                "%s: dropped %d log lines, since there were too many", self._name, dropped
-            )
+            self._node.log.warn("%s: dropped %d log lines, since there were too many", self._name, dropped)
         getattr(self._node.log, _LEVELS[level])("%s", text)
 
     def _send_parameter(self, name: str) -> None:

@@ -1,1 +1,1 @@
-"""What nodes of robots share: parameters, a program that runs a node, and types of input and output."""
+"""Code that the robot nodes share: parameters, a program that runs a node, and inputs and outputs."""

@@ -1,7 +1,7 @@
-"""One side of a bond (https://wiki.ros.org/bond): two processes that notice when the other one ends. No I/O.
+"""One side of a bond (https://wiki.ros.org/bond), by which two processes notice when the other one exits. No I/O.
 
-Both publish a bond/Status on the same topic every second. The bond is formed when a status of the other side comes, and
-breaks when that side says so, or is silent for `HEARTBEAT_TIMEOUT`.
+Both publish a bond/Status on the same topic every second. The bond is formed when a status from the other side arrives,
+and breaks when that side ends it, or is silent for `HEARTBEAT_TIMEOUT`.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ class State(Enum):
 
     WAITING = auto()  # for the other side
     ALIVE = auto()
-    ENDING = auto()  # this side has ended the bond, and tells the other one until that confirms it
+    ENDING = auto()  # this side has ended the bond, and tells the other side until it confirms
     BROKEN = auto()
 
 
@@ -31,9 +31,9 @@ class Bond:
     Args:
         id: the bond's name, the same on both sides.
         instance_id: a name for this side.
-        now: a monotonic time in seconds, as for the other methods.
+        now: a monotonic time in seconds, as in the other methods.
         connect_timeout: how many seconds the other side may take to appear.
-        heartbeat_timeout: how many seconds it may be silent; infinity for any time.
+        heartbeat_timeout: how many seconds it may be silent; infinity for no limit.
 
     Attributes:
         state: the state.
@@ -55,12 +55,12 @@ class Bond:
         self._next_status = now
 
     def receive(self, status: Any, now: float) -> None:
-        """Take a bond/Status of anyone on the topic."""
+        """Handle any bond/Status received on the topic."""
         if status.id != self._id or status.instance_id in ("", self._instance_id):
             return
         if self.state is State.WAITING and status.active:
             self._other, self.state = status.instance_id, State.ALIVE
-        if status.instance_id != self._other:  # the end of an earlier bond, or a third side
+        if status.instance_id != self._other:  # an earlier bond's end, or a third process
             return
         if self.state is State.ALIVE and status.active:
             self._deadline = now + self._heartbeat_timeout
@@ -77,9 +77,9 @@ class Bond:
         self._next_status = now
 
     def tick(self, now: float) -> Status | None:
-        """Do what is due, and return a status to publish if that is.
+        """Check the timeouts, and return a status if one must be published now.
 
-        To be called when a status came, after `end`, and when `next_time` has come.
+        To be called after `receive`, after `end`, and at `next_time`.
         """
         if now >= self._deadline and self.state is not State.BROKEN:
             self.state, self._deadline = State.BROKEN, inf
@@ -98,5 +98,5 @@ class Bond:
 
     @property
     def next_time(self) -> float:
-        """When `tick` has something to do."""
+        """When to call `tick` next."""
         return min(self._next_status, self._deadline)

@@ -1,4 +1,4 @@
-"""A bond of a node (https://wiki.ros.org/bond)."""
+"""Connects a bond to its topic (https://wiki.ros.org/bond)."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _END_TIMEOUT = 0.5
 
 
 class BondLink:
-    """Keeps a bond, in real time, until it breaks or is closed, which its owner does when the node shuts down.
+    """Keeps a bond, in real time, until it breaks or is closed. The owner closes it when the node shuts down.
 
     Args:
         node: the node.
@@ -65,7 +65,7 @@ class BondLink:
                 self._changed.notify()
 
     def close(self) -> None:
-        """End the bond, tell the other side, and wait for it for a moment."""
+        """End the bond, tell the other side, and wait briefly for its confirmation."""
         self.end()
         if self._thread is not threading.current_thread():
             self._thread.join(_END_TIMEOUT)

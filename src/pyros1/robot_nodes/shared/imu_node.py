@@ -1,4 +1,4 @@
-"""What imu_filter_madgwick and imu_complementary_filter share as nodes: topics, parameters, and the transform."""
+"""The topics, parameters and transform that imu_filter_madgwick and imu_complementary_filter share."""
 
 from __future__ import annotations
 
@@ -27,14 +27,14 @@ from pyros1.tf.rotation import Vector, to_angles
 
 _QUEUE_SIZE = 5
 WAIT_PERIOD = 10.0
-"""Seconds without messages after which the node says so."""
+"""Seconds without messages after which the node logs a warning."""
 
 
 class ImuFilterNode:
-    """Publishes the messages of an IMU with its orientation.
+    """Publishes an IMU's messages with the estimated orientation.
 
-    It subscribes to ``imu/data_raw``, and ``imu/mag`` if the magnetic field is used, and publishes ``imu/data``. All
-    three are renamed by remapping ``imu``.
+    It subscribes to ``imu/data_raw``, and to ``imu/mag`` if the magnetic field is used, and publishes ``imu/data``.
+    Remapping ``imu`` renames all three.
 
     Args:
         node: the node.
@@ -42,8 +42,8 @@ class ImuFilterNode:
         filter_: estimates the orientation.
         use_mag: whether to use the magnetic field.
         publish_tf: the default of the parameter ``publish_tf``.
-        vector_field: whether ``imu/mag`` has messages of the type Vector3Stamped, as in old versions.
-        watch: called with the header of a message, its reading and the estimate, if debug topics are published.
+        vector_field: whether the type of ``imu/mag`` is Vector3Stamped, as in old versions.
+        watch: called with a message's header, its reading and the estimate, if debug topics are published.
     """
 
     def __init__(
@@ -88,7 +88,7 @@ class ImuFilterNode:
         self._node.log.warn("still waiting for messages on %s", topics)
 
     def _add(self, index: int, message: Any) -> None:
-        with self._pairs_lock:  # until the pair is filtered, so that none overtakes another
+        with self._pairs_lock:  # held until the pair is filtered, so that no pair overtakes another
             for imu, field in self._pairs.add(index, message.header.stamp, message):
                 self._receive_both(imu, field)
 

@@ -1,4 +1,4 @@
-"""Finds the magnetic field that belongs to an IMU message: both come on topics of their own."""
+"""Finds the magnetic field that belongs to an IMU message; the two arrive on different topics."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class ImuPairs:
             message: the message.
         """
         if self._newest[index] - stamp > Duration.from_sec(MAX_PAUSE):
-            # Only what is older on the same topic: the other one may have jumped before, and may wait for this message.
+            # Only clear this topic's queue: the other topic may have jumped earlier, and may wait for this message.
             self._matcher.queues[index].clear()
         self._newest[index] = stamp
         return self._matcher.add(index, stamp, message)

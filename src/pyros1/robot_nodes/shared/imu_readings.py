@@ -10,9 +10,9 @@ from pyros1.tf.rotation import Quaternion, Vector
 
 SettingsType = TypeVar("SettingsType")
 LIMIT = 1e9
-"""Components that are not smaller than this in any unit are garbage."""
+"""Components of this size or more, in whatever unit, are garbage."""
 MAX_PAUSE = 1.0
-"""Seconds between messages after which the rotation in between is not known."""
+"""Seconds between messages beyond which the rotation in between is unknown."""
 
 
 class UnusableReadingError(Error):
@@ -20,12 +20,12 @@ class UnusableReadingError(Error):
 
 
 class Reading(NamedTuple):
-    """What an IMU measures, in its frame.
+    """An IMU's measurements in its own frame.
 
     Attributes:
         rates: angular velocities in rad/s.
-        acceleration: in m/s²; at rest it points up.
-        field: magnetic field in any unit; None if it is not known.
+        acceleration: acceleration in m/s²; at rest it points up.
+        field: magnetic field in any unit; None if it is unknown.
     """
 
     rates: Vector
@@ -44,12 +44,12 @@ class Reading(NamedTuple):
 
 
 class Estimate(NamedTuple):
-    """The estimate of a filter.
+    """A filter's estimate.
 
     Attributes:
-        orientation: of the IMU in the world frame.
-        rates, acceleration: those of the reading, without what the filter removes.
-        steady: whether the IMU is at rest, for filters that need to know.
+        orientation: the IMU's orientation in the world frame.
+        rates, acceleration: the reading's values, without what the filter removes, such as a bias or gravity.
+        steady: whether the IMU is at rest, if the filter detects that.
     """
 
     orientation: Quaternion
@@ -71,19 +71,19 @@ class OrientationFilter(ABC, Generic[SettingsType]):
         self._bias: Vector = (0.0, 0.0, 0.0)  # of the gyroscope
 
     def reset(self) -> None:
-        """Begin again with the next reading. The bias of the gyroscope stays the same."""
+        """Start again with the next reading. The gyroscope's bias is kept."""
         self._orientation = None
 
     @abstractmethod
     def update(self, reading: Reading, seconds: float) -> Estimate | None:
-        """Return the orientation after a reading; None if the filter needs another one to begin.
+        """Return the orientation after a reading; None if the filter needs another reading to start.
 
         Args:
             reading: a reading that has been checked.
             seconds: the time since the last reading.
 
         Raises:
-            UnusableReadingError: the reading does not show the orientation to begin with.
+            UnusableReadingError: the initial orientation cannot be computed from this reading.
         """
 
 
@@ -98,8 +98,8 @@ class TimeStep(NamedTuple):
 
     Attributes:
         seconds: the time.
-        problem: what to tell the user; empty if nothing.
-        restart: whether the filter must begin again.
+        problem: a message for the user, or empty.
+        restart: whether the filter must start again.
         ignore: whether to ignore the message.
     """
 
@@ -113,7 +113,7 @@ class TimeSteps:
     """Measures the time between messages by their stamps.
 
     Args:
-        constant: the seconds to return for all messages; 0.0 to use the stamps.
+        constant: the time step to return for all messages, in seconds; 0.0 to use the stamps.
     """
 
     def __init__(self, constant: float = 0.0) -> None:

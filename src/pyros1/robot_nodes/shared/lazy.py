@@ -17,11 +17,11 @@ OpenInputs = Callable[[], Sequence[Callable[[], object]]]
 
 
 class LazyInputs:
-    """Opens inputs when publishers get their first subscriber, and closes them when the last one has left.
+    """Opens inputs when the publishers get their first subscriber, and closes them when the last one has left.
 
     Args:
         outputs: the publishers.
-        open_inputs: opens the inputs. It is called in a thread of its own, as the functions that it returns are.
+        open_inputs: opens the inputs. It and the functions that it returns are called in a separate thread.
     """
 
     def __init__(self, outputs: Sequence[Publisher[Any]], open_inputs: OpenInputs) -> None:
@@ -41,7 +41,7 @@ class LazyInputs:
                 self._closers = self._open_inputs()
 
     def _on_left(self, index: int, peer: Peer) -> None:
-        # Not the current number of subscribers: one that comes and goes in between causes no callback.
+        # Do not use the current number of subscribers: one that comes and goes in between causes no callback.
         with self._lock, suppress(NodeShutdownError):
             if not peer.others:
                 self._wanted.discard(index)

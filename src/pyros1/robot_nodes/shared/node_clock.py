@@ -1,4 +1,4 @@
-"""The clock for timeouts of nodes, and the timer for checking them."""
+"""The clock for nodes' timeouts, and a timer that checks them."""
 
 from __future__ import annotations
 
@@ -11,15 +11,15 @@ if TYPE_CHECKING:
     from pyros1.node import Node
 
 PATIENCE = 2.0
-"""Seconds that simulated time may stand still until timeouts count in real time."""
+"""Seconds that simulated time may stand still before timeouts are measured in real time."""
 
 
 class NodeClock:
-    """Measures how long something has been going on: in simulated time if the node uses that, else in monotonic time.
+    """Measures time for timeouts: simulated time if the node uses it, otherwise monotonic time.
 
-    While simulated time stands still, since nobody publishes /clock, or since it has stopped for `PATIENCE`, real time
-    counts: otherwise nothing would ever stop a robot whose /use_sim_time was left on, or whose recording has ended. A
-    simulation that is paused for longer gets its commands again when their sources send the next ones.
+    If nobody publishes /clock, or if it has stopped for `PATIENCE`, real time is used: otherwise nothing would stop a
+    robot if /use_sim_time was left on, or if the played bag has ended. After a longer pause of a simulation, commands
+    continue when their sources send the next ones.
 
     Thread-safe.
 
@@ -36,7 +36,7 @@ class NodeClock:
         self._has_warned = False
 
     def seconds(self) -> float:
-        """Return the time in seconds. It jumps when simulated time begins or is set, but not when it stops."""
+        """Return the time in seconds. It jumps when simulated time starts or jumps, but not when it stops."""
         if not self._node.simulated_time:
             return monotonic()
         with self._lock:
@@ -48,7 +48,7 @@ class NodeClock:
         return time
 
     def stands_still(self) -> bool:
-        """Return whether simulated time has not begun, or stands still for longer than `PATIENCE`."""
+        """Return whether simulated time has not started, or has stood still for longer than `PATIENCE`."""
         if not self._node.simulated_time:
             return False
         with self._lock:
@@ -69,13 +69,13 @@ class NodeClock:
 def check_regularly(node: Node, period: float, check: Callable[[], object]) -> None:
     """Call a function that may have to stop a robot, until the node shuts down.
 
-    If time is simulated, the function is called by wall time, too: timers stand still if nobody publishes /clock, and a
-    robot whose /use_sim_time was left on must be stopped nevertheless.
+    With simulated time, the function is also called in wall time: timers stand still if nobody publishes /clock, but a
+    robot must be stopped even if /use_sim_time was left on.
 
     Args:
         node: the node.
         period: seconds between calls.
-        check: the function; calls from several threads must do no harm.
+        check: the function, which must be thread-safe.
     """
     node.timer(period, lambda event: check())
     if not node.simulated_time:

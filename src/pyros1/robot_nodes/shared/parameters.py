@@ -1,6 +1,6 @@
-"""Reads a node's private parameters, with their types.
+"""Reads a node's private parameters, and checks their types.
 
-roscpp's nodes silently use the default if a parameter has the wrong type. So do these nodes, but they say so.
+If a parameter has the wrong type, roscpp nodes silently use the default. These nodes also use it, but log an error.
 """
 
 from __future__ import annotations
@@ -21,13 +21,13 @@ _EXPONENT = re.compile(r"[-+]?[0-9.]{1,40}[eE][-+]?[0-9]{1,5}")
 
 
 class PrivateParameters:
-    """The private parameters of a node, as they were when it started.
+    """A node's private parameters at the time when it started.
 
-    A parameter with a value that cannot be used counts as not set, and is reported.
+    An invalid value is reported, and treated as not set.
 
     Args:
         values: the parameters, by name without ``~``.
-        report: called with a line of text about each value that cannot be used.
+        report: called with a one-line message about each invalid value.
         namespace: the node's name, for the reports.
     """
 
@@ -38,7 +38,7 @@ class PrivateParameters:
 
     @classmethod
     def of(cls, node: Node) -> PrivateParameters:
-        """Fetch a node's private parameters; what cannot be used is logged as an error."""
+        """Fetch a node's private parameters; invalid values will be logged as errors."""
         values = node.params.get("~", {})
         return cls(values if isinstance(values, Mapping) else {}, partial(node.log.error, "%s"), node.name)
 
@@ -88,7 +88,7 @@ class PrivateParameters:
         return self.reject(name, value, "a string", default)
 
     def reject(self, name: str, value: object, expected: str, default: _Default) -> _Default:
-        """Report that a parameter must be something else, and return the default."""
+        """Report a parameter's invalid value, and return the default."""
         value_text = one_line(repr(value), 100)
         if isinstance(value, str) and _EXPONENT.fullmatch(value):
             value_text += ", which is text in YAML; write 1.0e-5 for 1e-5"

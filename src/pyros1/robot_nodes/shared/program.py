@@ -1,4 +1,4 @@
-"""Runs a node of this room until it is shut down."""
+"""Runs a robot node until it is shut down."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from pyros1.ground.errors import Error, NodeShutdownError
 from pyros1.node import Node
 
 CLOCK_PATIENCE = 5.0
-"""Seconds without simulated time until that is reported."""
+"""Seconds to wait for simulated time before a warning is logged."""
 _POLL_PERIOD = 0.1
 
 
@@ -19,10 +19,10 @@ def run_node(argv: list[str], name: str, start: Callable[[Node], object], **opti
 
     Args:
         argv: the command line, with the program's name.
-        name: the node's name, unless the command line has another one.
-        start: creates the node's publishers, subscribers, services and timers. What it returns is kept until the end.
-            If it raises an `Error`, that is logged, and the exit code is 1.
-        options: further arguments of `Node`, such as ``anonymous``.
+        name: the node's name, unless the command line sets another one.
+        start: creates the node's publishers, subscribers, services and timers. Its result is kept until the node ends.
+            If it raises an `Error`, this is logged, and the exit code is 1.
+        options: other arguments of `Node`, such as ``anonymous``.
     """
     with Node(name, argv=argv[1:], **options) as node:
         try:
@@ -40,7 +40,7 @@ def run_node(argv: list[str], name: str, start: Callable[[Node], object], **opti
 
 
 def _wait_for_clock(node: Node) -> None:
-    """Log an error if simulated time does not start, since the node's timers and timeouts then do not work."""
+    """Log a warning if simulated time does not start, since the node's timers then do not work."""
     deadline = monotonic() + CLOCK_PATIENCE
     while node.ok() and not node.now().to_sec():
         if monotonic() >= deadline:

@@ -1,6 +1,6 @@
 """Rotations as quaternions (x, y, z, w) of floats, which are faster than numpy for a single rotation.
 
-`pyros1.tf.rotation` has transforms; this module has what filters of orientations need.
+`pyros1.tf.rotation` has transforms; this module has the functions that orientation filters need.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ def rotate(rotation: Quaternion, vector: Vector) -> Vector:
 
 
 def normalized(rotation: Quaternion) -> Quaternion:
-    """Return a quaternion with unit length.
+    """Return a quaternion scaled to unit length.
 
     Raises:
         ZeroDivisionError: its length is 0.
@@ -57,7 +57,7 @@ def from_rotation_vector(x: float, y: float, z: float) -> Quaternion:
 def from_rows(first: Vector, second: Vector, third: Vector) -> Quaternion:
     """Return the quaternion of a rotation matrix, given as its rows."""
     (xx, xy, xz), (yx, yy, yz), (zx, zy, zz) = first, second, third
-    # Four times the square of each component. The largest one is divided by, as the others may be 0.
+    # Four times the square of each component. The result is divided by the largest one, since the others may be 0.
     squares = 1.0 + xx - yy - zz, 1.0 - xx + yy - zz, 1.0 - xx - yy + zz, 1.0 + xx + yy + zz
     largest = max(range(4), key=squares.__getitem__)
     products = (

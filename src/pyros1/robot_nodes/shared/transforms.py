@@ -1,4 +1,4 @@
-"""Transforms points from one frame to another, by the transforms that a node receives."""
+"""Transforms points from one frame to another, using the transforms that a node receives."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ def lookup_matrix(
 ) -> NDArray[np.float64]:
     """Return the matrix, of shape (4, 4), that converts points from one frame to another.
 
-    The arguments are those of `Buffer.lookup_transform`, except that frames may begin with a slash, as in old launch
-    files. So are the errors.
+    Takes the same arguments and raises the same errors as `Buffer.lookup_transform`, but frames may begin with a slash,
+    as in old launch files.
     """
     frames = target_frame.lstrip("/"), source_frame.lstrip("/")
     transform = buffer.lookup_transform(*frames, time, timeout).transform
@@ -27,13 +27,13 @@ def lookup_matrix(
 
 
 def components(message: Any, names: str) -> list[float]:
-    """Return the fields of a message with these names, each a letter."""
+    """Return the fields of a message with the given one-letter names."""
     return [getattr(message, name) for name in names]
 
 
 def transform_points(matrix: NDArray[np.float64], points: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return points, of shape (n, 3), multiplied with a matrix of shape (4, 4)."""
-    # Not a product of matrices: for such a narrow one, the library's threads cost ten times as much as they calculate.
+    # Not a matrix product: for such narrow matrices, the library's threads cost ten times as much as the computation.
     x, y, z = points.T
     moved = np.empty_like(points)
     for axis, (by_x, by_y, by_z, offset) in enumerate(matrix[:3].tolist()):

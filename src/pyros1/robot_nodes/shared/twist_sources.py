@@ -1,4 +1,4 @@
-"""Reads the lists of sources that nodes choose velocity commands from."""
+"""Reads lists of sources, from which nodes select velocity commands."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ class Source:
     """A topic with commands, or one that locks others.
 
     Attributes:
-        name: what it is called in messages to people and other nodes.
+        name: its name in logs and in messages to other nodes.
         topic: its topic.
-        timeout: how long in seconds a message counts.
+        timeout: how long a message is valid, in seconds.
         priority: the source with the highest priority drives the robot.
     """
 
@@ -41,7 +41,7 @@ def read_sources(value: Any, where: str, max_priority: int = 2**32 - 1) -> list[
         max_priority: the highest allowed priority.
 
     Raises:
-        SourceError: it is something else. To go on without a part of it would be dangerous.
+        SourceError: the value is invalid. Ignoring parts of it would be dangerous.
     """
     if not isinstance(value, list):
         raise SourceError(f"{where} must be a list, not {_text(value)}")

@@ -1,4 +1,4 @@
-"""Velocity commands (geometry_msgs/Twist): which of them can be used, and stopping a robot that has got one."""
+"""Checks velocity commands (geometry_msgs/Twist), and publishes them so that robots are stopped in the end."""
 
 from __future__ import annotations
 
@@ -19,21 +19,21 @@ def components(twist: Any) -> tuple[float, float, float, float, float, float]:
 
 
 def is_finite(twist: Any) -> bool:
-    """Return whether all components of a twist are finite: no robot can follow another one."""
+    """Return whether all components of a twist are finite, so that a robot can follow it."""
     return all(map(isfinite, components(twist)))
 
 
 class TwistOutput:
     """Publishes twists, and stops the robot with a single zero twist if the last one was not zero.
 
-    It also does so when the node shuts down, and publishes nothing afterwards: callbacks still run at that time, and
-    would start the robot again. Thread-safe.
+    It also stops the robot when the node shuts down, and publishes nothing afterwards: callbacks still run at that
+    time, and could start the robot again. Thread-safe.
 
     Args:
         node: the node that publishes.
         topic: the topic to publish.
         latch: whether to latch the topic.
-        ends_with_node: False if the owner calls `close` when the node shuts down, since it replaces outputs.
+        ends_with_node: False if the owner replaces outputs, and calls `end` itself when the node shuts down.
     """
 
     def __init__(self, node: Node, topic: str, latch: bool = False, ends_with_node: bool = True) -> None:
@@ -52,7 +52,7 @@ class TwistOutput:
                 self.publisher.publish(twist)
 
     def close(self) -> None:
-        """Stop the robot, and publish no more."""
+        """Stop the robot, and unregister the publisher."""
         self.end()
         self.publisher.unregister()
 

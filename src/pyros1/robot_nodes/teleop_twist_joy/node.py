@@ -1,7 +1,7 @@
-"""teleop_node: turns joy into cmd_vel, which is latched (https://wiki.ros.org/teleop_twist_joy).
+"""teleop_node: converts joy to cmd_vel, which is latched (https://wiki.ros.org/teleop_twist_joy).
 
-If the last publisher of joy goes away while the robot is driven, the robot is stopped, although nobody has released the
-button. A joystick that is held still may send nothing for any time, so silence alone stops nothing.
+If the last publisher of joy disappears while the robot is driving, the robot is stopped, although nobody has released
+the button. Silence alone does not stop it, since a joystick that is held still may send nothing for any length of time.
 """
 
 from __future__ import annotations

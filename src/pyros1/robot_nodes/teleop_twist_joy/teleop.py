@@ -1,4 +1,4 @@
-"""From the state of a joystick to a velocity command."""
+"""Converts the state of a joystick to a velocity command."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ MAX_INDEX = 2**31 - 1
 
 @dataclass(frozen=True)
 class Axis:
-    """What one axis of the joystick controls.
+    """An axis of the joystick, and the component of the twist that it controls.
 
     Attributes:
         vector: "linear" or "angular".
         component: "x", "y" or "z".
-        index: the number of the axis; if it is negative, or the joystick has no such axis, the component is 0.
-        scale: the speed in m/s or rad/s while the axis is pushed to its end.
+        index: the index of the axis; if it is negative, or the joystick has no such axis, the component is 0.
+        scale: the speed in m/s or rad/s when the axis is pushed to its end.
         turbo_scale: the same while the turbo button is pressed.
     """
 
@@ -36,12 +36,12 @@ class Axis:
 
 @dataclass(frozen=True)
 class Controls:
-    """What a joystick's buttons and axes do.
+    """The functions of a joystick's buttons and axes.
 
     Attributes:
-        enable_button: the button that must be pressed to drive. If it is negative, none has to be pressed.
-        turbo_button: the button that must be pressed to drive fast; negative for none.
-        axes: what the axes control.
+        enable_button: the button that must be pressed to drive; negative for none.
+        turbo_button: the button that must be pressed to drive fast; negative if there is none.
+        axes: the functions of the axes.
     """
 
     enable_button: int
@@ -53,7 +53,7 @@ class Teleop:
     """Drives a robot while a button is pressed, and stops it once when the button is released.
 
     Args:
-        controls: what the joystick's buttons and axes do.
+        controls: the functions of the joystick's buttons and axes.
     """
 
     def __init__(self, controls: Controls) -> None:
@@ -82,9 +82,10 @@ def _is_pressed(button: int, buttons: Sequence[int]) -> bool:
 
 
 def read_controls(values: PrivateParameters) -> Controls:
-    """Return the controls in the parameters of a node.
+    """Read the controls from a node's parameters.
 
-    An axis is a number, which then controls x or yaw, or a mapping such as ``{x: 1, y: 0}``; so are its scales.
+    An axis is a number, which then controls x or yaw, or a mapping such as ``{x: 1, y: 0}``; its scales have the same
+    form.
     """
     linear = _read_axes(values, "linear", _LINEAR, "x", 1, 1.0)
     angular = _read_axes(values, "angular", _ANGULAR, "yaw", 0, None)
@@ -104,9 +105,9 @@ def _read_axes(
         values: the parameters.
         vector: "linear" or "angular".
         names: the components by their names in parameters.
-        main: the name of the component that is controlled if ``axis_VECTOR`` is no mapping.
-        index: the default axis of that one.
-        turbo_scale: its default scale with turbo; None for the scale without.
+        main: the name of the component that is controlled if ``axis_VECTOR`` is not a mapping.
+        index: the default axis for this component.
+        turbo_scale: the default scale with turbo; None for the same as without.
     """
     mapping = values.value(f"axis_{vector}")
     if not isinstance(mapping, dict):

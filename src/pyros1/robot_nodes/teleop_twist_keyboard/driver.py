@@ -1,4 +1,4 @@
-"""What pressed keys mean for a robot's velocity (no I/O)."""
+"""Converts pressed keys to a robot's velocity (no I/O)."""
 
 from __future__ import annotations
 
@@ -43,13 +43,13 @@ _FACTORS = {"q": (1.1, 1.1), "z": (0.9, 0.9), "w": (1.1, 1.0), "x": (0.9, 1.0), 
 
 @dataclass
 class Driver:
-    """The velocity that the pressed keys ask for.
+    """The velocity commanded by the pressed keys.
 
     Attributes:
         speed: the speed in m/s while a key for moving is in effect.
         turn: the turning rate in rad/s while a key for turning is in effect.
-        speed_limit, turn_limit: the limits up to which keys raise these.
-        direction: the direction of the last key, as multiples of speed and turning rate.
+        speed_limit, turn_limit: the limits up to which keys can raise them.
+        direction: the last key's direction, as multiples of speed and turning rate.
     """
 
     speed: float = 0.5

@@ -38,7 +38,7 @@ _POLL_PERIOD = 0.2
 _WAITING_PERIOD = 2.5
 """Seconds between reminders that nobody subscribes."""
 _HELP_PERIOD = 15
-"""Number of changes of the speeds after which the keys are shown again."""
+"""The keys are shown again after this many changes of the speeds."""
 
 
 class Teleop:
@@ -62,7 +62,7 @@ class Teleop:
         self._key_timeout = parameters.number("key_timeout", 0.0, 0.0)
         self._is_stamped = parameters.flag("stamped", False)
         self._frame = parameters.text("frame_id", "")
-        self._lock = threading.Lock()  # so that nothing is published after the velocity that stops the robot
+        self._lock = threading.Lock()  # ensures that nothing is published after the velocity that stops the robot
         self._ended = False
         self._num_changes = 0
         self._last_key_at = monotonic()
@@ -77,7 +77,7 @@ class Teleop:
         return self._node.resolve("cmd_vel")
 
     def wait_for_subscribers(self, timeout: float) -> bool:
-        """Wait until somebody subscribes; return whether somebody does.
+        """Wait until there is a subscriber; return whether there is one.
 
         Args:
             timeout: maximum number of seconds to wait.
@@ -117,7 +117,7 @@ class Teleop:
                 self._publish(self._driver.velocity)
 
     def stop(self) -> None:
-        """Stop the robot, and publish nothing any more."""
+        """Stop the robot, and publish nothing afterwards."""
         with self._lock:
             if not self._ended:
                 self._ended = True
@@ -143,7 +143,7 @@ def main(argv: list[str]) -> int:
         try:
             with KeyReader() as keys, _Interrupts() as interrupts:
                 _drive(node, Teleop(node), keys, interrupts)
-        except NodeShutdownError:  # it came before the node was complete
+        except NodeShutdownError:  # the node was shut down before it was complete
             return 0
         except Error as error:
             node.log.fatal("%s", error)
@@ -167,10 +167,10 @@ def _drive(node: Node, teleop: Teleop, keys: KeyReader, interrupts: _Interrupts)
 
 
 class _Interrupts:
-    """A context manager that only notes signals which end the program.
+    """A context manager that records termination signals instead of handling them.
 
-    The node's own handler would stop the robot in the midst of `Teleop.publish`, which would then publish a velocity
-    after the one that stops the robot. A window that is closed sends SIGHUP: the robot must stop then, too.
+    The node's own handler would stop the robot in the middle of `Teleop.publish`, which would then publish another
+    velocity after the one that stops the robot. Closing the terminal sends SIGHUP, which must stop the robot, too.
     """
 
     def __init__(self) -> None:

@@ -1,4 +1,4 @@
-"""Which of several sources of velocity commands drives the robot."""
+"""Decides which of several sources of velocity commands drives the robot."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ from pyros1.robot_nodes.shared.twist_sources import Source
 
 
 class Arbiter:
-    """Selects, for each command that arrives, whether it is passed on.
+    """Decides for each command whether to pass it on.
 
-    A topic is masked while its last command is older than its timeout, before the first one, and while a lock of higher
-    priority is on. A command is passed on if no other topic that is not masked has a higher priority, or the same and
-    comes earlier in the list. As in stock ROS, a topic of priority 0 never drives. A lock is on after a message with
-    True, and while its last message is older than its timeout, or none has come. A timeout of 0 means that messages
-    count for ever. Times are in seconds; after time has jumped back, what was received before counts as too old.
+    A topic is masked before its first command, while its last command is older than its timeout, and while a lock of
+    higher priority is on. A command is passed on unless another topic that is not masked has a higher priority, or has
+    the same and comes earlier in the list. As in stock ROS, a topic of priority 0 never drives. A lock is on if its
+    last message is True or older than its timeout, or if there was none. With a timeout of 0, messages never expire,
+    and a lock without messages is off. Times are in seconds; if time jumps back, earlier messages count as expired.
 
     Args:
         topics: the topics with commands.
@@ -31,7 +31,7 @@ class Arbiter:
         self._locked: list[tuple[float, bool] | None] = [None] * len(locks)
 
     def command(self, topic: int, now: float) -> bool:
-        """A command has arrived on a topic: return whether it is passed on."""
+        """A command has arrived on a topic: return whether to pass it on."""
         self._received[topic] = now
         if self._selected(now) != topic:
             return False
@@ -43,7 +43,7 @@ class Arbiter:
         self._locked[lock] = (now, is_on)
 
     def must_stop(self, now: float) -> bool:
-        """Return True once when the topic that drives the robot is masked, so that the robot must be stopped."""
+        """Return True, once, when the topic that drives the robot is masked, so that the robot must be stopped."""
         if self.driver is None or not self.is_masked(self.driver, now):
             return False
         self.driver = None
@@ -74,7 +74,7 @@ class Arbiter:
         return best
 
     def age(self, now: float) -> float:
-        """Return how old the last command is in seconds; 0 before the first one."""
+        """Return the age of the last command in seconds; 0 before the first one."""
         times = [time for time in self._received if time is not None]
         return max(0.0, now - max(times)) if times else 0.0
 

@@ -16,17 +16,17 @@ def make_marker(twist: Any, frame_id: str, scale: float, height: float) -> Any:
     """Return an arrow that points where a command drives the robot: a Marker.
 
     Args:
-        twist: the command. The arrow points forward by its linear x, and to the left by its linear y or its angular z,
-            whichever is larger.
+        twist: the command. The arrow's forward component is its linear x; the component to the left is its linear y or
+            angular z, whichever is larger.
         frame_id: the frame of the robot.
         scale: a factor for the thickness of the arrow.
-        height: where the arrow is above the frame's origin, in metres.
+        height: the arrow's height above the frame's origin, in metres.
     """
     linear, angular = twist.linear, twist.angular
     sideways = linear.y if abs(linear.y) > abs(angular.z) else angular.z
     marker = Marker(type=Marker.ARROW, action=Marker.ADD)
     marker.header.frame_id = frame_id
-    # rviz reports arrows without length as an error, so it points up a little.
+    # rviz reports an error for arrows without length, so it points slightly up.
     marker.points = [Point(0.0, 0.0, 0.0), Point(linear.x, sideways, 0.01)]
     marker.pose.position.z, marker.pose.orientation.w = height, 1.0
     marker.scale.x, marker.scale.y = 0.05 * scale, 0.1 * scale

@@ -1,7 +1,7 @@
-"""twist_mux: passes the command of highest priority on to cmd_vel_out (https://wiki.ros.org/twist_mux).
+"""twist_mux: passes the command with the highest priority on to cmd_vel_out (https://wiki.ros.org/twist_mux).
 
 When the source that drives the robot falls silent or is locked, a zero twist is published once, unless another source
-takes over; stock leaves it to the robot to notice. Commands that are not finite are dropped.
+takes over; with stock, the robot must notice this itself. Commands that are not finite are dropped.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from pyros1.robot_nodes.shared.twists import TwistOutput, is_finite
 from pyros1.robot_nodes.twist_mux.arbiter import Arbiter
 
 CHECK_PERIOD = 0.05
-"""Seconds between checks whether the robot must be stopped."""
+"""Seconds between checks of whether the robot must be stopped."""
 MAX_PRIORITY = 255
 
 

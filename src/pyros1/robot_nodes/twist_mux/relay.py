@@ -1,7 +1,7 @@
-"""joystick_relay.py: scales the commands of a joystick, and tells whether it has priority.
+"""joystick_relay.py: scales a joystick's commands, and publishes whether the joystick has priority.
 
-Commands from -1 to 1 on joy_vel_in become speeds on joy_vel_out. joy_priority, a lock of twist_mux, tells whether the
-joystick drives the robot. The actions joy_priority_action, joy_turbo_increase and others change that and the speeds.
+Commands from -1 to 1 on joy_vel_in become speeds on joy_vel_out. joy_priority, a lock of twist_mux, is true while the
+joystick drives the robot. The actions joy_priority_action, joy_turbo_increase and others change this and the speeds.
 See https://wiki.ros.org/twist_mux.
 """
 

@@ -14,7 +14,7 @@ _MAX_STEPS = 1000
 
 @dataclass(frozen=True)
 class Range:
-    """The speeds in m/s or rad/s while the stick is pushed to its end, in the first and in the last step."""
+    """The speeds in m/s or rad/s when the stick is pushed to its end, for the first and the last step."""
 
     first: float
     last: float
@@ -77,7 +77,7 @@ class Turbo:
 
 
 def read_ranges(values: PrivateParameters) -> Ranges:
-    """Return the ranges in the parameters ``turbo`` of a node."""
+    """Read the ranges from a node's parameters ``turbo``."""
     steps = values.integer("turbo/steps", 1, 1, _MAX_STEPS)
     forward = _read_range(values, "linear_forward", Range(1.0, 1.0))
     return Ranges(

@@ -1,4 +1,4 @@
-"""Calibrations of cameras as YAML, in the form of camera_calibration_parsers, and the URLs that name them (no I/O)."""
+"""Camera calibrations as YAML, in camera_calibration_parsers' format, and the URLs of their files (no I/O)."""
 
 from __future__ import annotations
 
@@ -23,10 +23,10 @@ class CalibrationError(Error):
 
 
 def parse_calibration(text: str) -> tuple[Any, str]:
-    """Return the sensor_msgs/CameraInfo of a calibration, and the camera's name; the name is empty if it has none.
+    """Return the sensor_msgs/CameraInfo of a calibration, and the camera's name, or an empty string if it has none.
 
     Raises:
-        CalibrationError: the text is no calibration.
+        CalibrationError: the text is not a calibration.
     """
     try:
         values = load_yaml(text)
@@ -81,18 +81,18 @@ def _matrix(values: Any, columns: int) -> dict[str, Any]:
 
 
 def calibration_path(url: str, camera_name: str, ros_home: str, find_package: Callable[[str], str]) -> str:
-    """Return the path of the file that a URL names.
+    """Return the path of the file that a URL refers to.
 
     Args:
         url: ``file:///...`` or ``package://PACKAGE/...``; empty for a file in ROS_HOME. ``${NAME}`` stands for the
-            camera's name, and ``${ROS_HOME}`` for that folder.
+            camera's name, and ``${ROS_HOME}`` for `ros_home`.
         camera_name: the camera's name.
-        ros_home: the folder.
+        ros_home: the folder ROS_HOME.
         find_package: returns the folder of a package.
 
     Raises:
-        CalibrationError: the URL is of another kind.
-        PackageNotFoundError: by `find_package`.
+        CalibrationError: the URL has another form.
+        PackageNotFoundError: raised by `find_package`.
     """
     name = re.sub(r"\W", "_", camera_name, flags=re.ASCII)
     resolved = (url or DEFAULT_URL).replace("${NAME}", name).replace("${ROS_HOME}", ros_home)

@@ -1,4 +1,4 @@
-"""The controls of V4L2 cameras, such as brightness and exposure, from the parameters of usb_cam (no I/O)."""
+"""Controls of V4L2 cameras, such as brightness and exposure, from usb_cam's parameters (no I/O)."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _MANUAL_EXPOSURE = 1
 
 
 class Control(NamedTuple):
-    """A control, by the number that V4L2 gives it, and its new value."""
+    """A control, with its V4L2 id and its new value."""
 
     name: str
     number: int
@@ -28,7 +28,7 @@ class Control(NamedTuple):
 
 
 def read_controls(params: PrivateParameters) -> list[Control]:
-    """Return the controls that the parameters set, in the order in which they must be set; -1 leaves one as it is."""
+    """Return the controls to set, in the required order; a parameter of -1 leaves a control unchanged."""
     found = []
     for name, number in _NUMBERS.items():
         value = params.integer(name, -1, -(2**31), 2**31 - 1)

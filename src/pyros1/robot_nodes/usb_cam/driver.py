@@ -1,4 +1,4 @@
-"""What usb_cam and cv_camera share: publishing a camera's images and its calibration."""
+"""Publishes a camera's images and its calibration, for usb_cam and cv_camera."""
 
 from __future__ import annotations
 
@@ -37,18 +37,18 @@ _MAX_BYTES = 1 << 20
 
 @dataclass(frozen=True)
 class CameraOptions:
-    """What a camera's node publishes.
+    """The options of a camera node.
 
     Attributes:
         device: the device or file, for the log and diagnostics.
         frame_id: the frame of the images.
         name: the camera's name.
-        url: where its calibration is.
+        url: the URL of its calibration.
         encoding: the images' encoding.
-        rate: images per second; 0 for as many as come.
-        is_live: whether images come at their own rate; those of files wait for `rate`.
-        delay: seconds between an image and its arrival, which the stamps take into account.
-        rescale: whether a calibration for another size is converted.
+        rate: images per second; 0 to publish all.
+        is_live: whether the source determines when images arrive; images in files are read at `rate` instead.
+        delay: seconds between taking an image and its arrival; subtracted from the stamps.
+        rescale: whether to convert a calibration for another image size.
     """
 
     device: str
@@ -67,8 +67,8 @@ class CameraDriver:
 
     Args:
         node: the node.
-        options: what it publishes.
-        open_video: opens the camera; called again after errors. It raises VideoError if that is not possible.
+        options: the options.
+        open_video: opens the camera, or raises VideoError; called again after errors.
     """
 
     def __init__(self, node: Node, options: CameraOptions, open_video: Callable[[], Video]) -> None:
@@ -148,7 +148,7 @@ class CameraDriver:
         self._infos.publish(info)
 
     def _must_rescale(self, info: Any, pixels: Any) -> bool:
-        """Return whether a calibration is for images of another size; it may come from a service, and have none."""
+        """Return whether a calibration is for another image size. If a service has set it, it may have no size."""
         size = info.height, info.width
         return self._options.rescale and all(size) and size != pixels.shape[:2]
 

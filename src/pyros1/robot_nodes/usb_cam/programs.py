@@ -22,12 +22,12 @@ INPUT_FORMATS = {
     "grey": "gray",
     "h264": "h264",
 }
-"""The values of usb_cam's ``~pixel_format``, and libav's names for them."""
+"""Value of usb_cam's ``~pixel_format`` -> libav's name for it."""
 _MAX_SIZE = 65535
 
 
 def start_usb_cam(node: Node) -> CameraDriver:
-    """Start a camera as usb_cam's parameters describe it.
+    """Start a camera with usb_cam's parameters.
 
     Raises:
         SettingError: the pixel format is unknown.
@@ -71,8 +71,8 @@ def _do(action: Any) -> tuple[()]:
 
 
 def _set_controls(node: Node, device: str, controls: list[Control]) -> None:
-    """Set a device's controls. Most cameras lack some, so only those that a user has chosen are worth a line."""
-    import fcntl  # noqa: PLC0415 - Windows has none, and no such devices
+    """Set a device's controls. Most cameras lack some, so warnings are logged only for those that a user has chosen."""
+    import fcntl  # noqa: PLC0415 - Windows has neither this nor such devices
 
     try:
         file = os.open(device, os.O_RDWR | os.O_NONBLOCK)
@@ -91,7 +91,7 @@ def _set_controls(node: Node, device: str, controls: list[Control]) -> None:
 
 
 def start_cv_camera(node: Node) -> CameraDriver:
-    """Start a camera or a file as cv_camera's parameters describe it."""
+    """Start a camera or a video file with cv_camera's parameters."""
     params = PrivateParameters.of(node)
     file = params.text("file", "")
     device = params.text("device_path", "") or f"/dev/video{params.integer('device_id', 0, 0, 10000)}"

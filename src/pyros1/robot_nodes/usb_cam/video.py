@@ -13,7 +13,7 @@ from pyros1.ground.errors import Error
 OPEN_TIMEOUT = 10.0
 """Maximum number of seconds to wait for a source."""
 _INDEPENDENT = ("mjpeg", "rawvideo", "wrapped_avframe")
-"""Codecs of which each image can be decoded alone."""
+"""Codecs in which each image can be decoded independently."""
 
 
 class VideoError(Error):
@@ -31,13 +31,13 @@ class Video(Protocol):
         """Wait for the next image.
 
         Args:
-            is_wanted: whether the image is needed; else nothing is decoded if that can be avoided.
+            is_wanted: whether the image is needed; if not, it is not decoded if possible.
 
         Returns:
             An array of shape (height, width, 3), or (height, width) in grey; None if it is not wanted.
 
         Raises:
-            VideoEndedError: there are no more.
+            VideoEndedError: there are no more images.
             VideoError: the source is broken.
         """
 
@@ -46,16 +46,16 @@ class Video(Protocol):
 
 
 class AvVideo:
-    """A video by PyAV.
+    """A video, opened with PyAV.
 
     Args:
-        source: the device, the file, or what else the format needs.
+        source: the device, the file, or another source that the format needs.
         format: libav's name of the format, such as "v4l2"; None for any file.
         options: libav's options, such as "video_size".
-        pixels: how the images are returned: "rgb24", "bgr24" or "gray".
+        pixels: the pixel format of returned images: "rgb24", "bgr24" or "gray".
 
     Raises:
-        VideoError: it cannot be opened, or PyAV is not installed.
+        VideoError: the source cannot be opened, or PyAV is not installed.
     """
 
     def __init__(self, source: str, format: str | None, options: Mapping[str, str], pixels: str) -> None:

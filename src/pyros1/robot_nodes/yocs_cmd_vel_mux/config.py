@@ -42,7 +42,7 @@ def read_config(text: str, where: str) -> Config:
 
     Raises:
         YamlError: the text is not YAML.
-        ConfigError, SourceError: its value is something else.
+        ConfigError, SourceError: the document is not a valid configuration.
     """
     value = load_yaml(text, where)
     if not isinstance(value, Mapping) or "subscribers" not in value:
@@ -54,7 +54,7 @@ def read_config(text: str, where: str) -> Config:
 
 
 def _with_numbers(sources: Any) -> Any:
-    """Return a list of sources in which numbers such as 1e-1, which is text in YAML 1.1, are numbers."""
+    """Convert numbers such as 1e-1, which are text in YAML 1.1, to numbers in a list of sources."""
     if not isinstance(sources, list):
         return sources
     return [_with_number(_with_number(source, "timeout"), "priority") for source in sources]

@@ -1,10 +1,10 @@
-"""cmd_vel_mux: passes the command of highest priority on to ~output.
+"""cmd_vel_mux: passes the command with the highest priority on to ~output.
 
-It does what the nodelet yocs_cmd_vel_mux/CmdVelMuxNodelet does (https://wiki.ros.org/yocs_cmd_vel_mux). The name of the
-source that drives the robot is published on ~active, "idle" if there is none.
+It replaces the nodelet yocs_cmd_vel_mux/CmdVelMuxNodelet (https://wiki.ros.org/yocs_cmd_vel_mux). It publishes the name
+of the source that drives the robot on ~active, or "idle" if there is none.
 
-When the source that drives the robot falls silent, a zero twist is published once; stock leaves it to the robot to
-notice. Commands that are not finite are dropped.
+When the source that drives the robot falls silent, a zero twist is published once; with stock, the robot must notice
+this itself. Commands that are not finite are dropped.
 """
 
 from __future__ import annotations
@@ -26,12 +26,12 @@ from pyros1.robot_nodes.yocs_cmd_vel_mux.config import Config, ConfigError, read
 from pyros1.robot_nodes.yocs_cmd_vel_mux.selector import Selector
 
 CHECK_PERIOD = 0.05
-"""Seconds between checks whether the robot must be stopped."""
+"""Seconds between checks of whether the robot must be stopped."""
 _MAX_FILE_SIZE = 1 << 20
 
 
 def load_config(file: str, text: str) -> Config:
-    """Return the configuration in a text, or if that is empty, in a file.
+    """Return the configuration from a text, or from a file if the text is empty.
 
     Raises:
         Error: the configuration cannot be used.
@@ -82,7 +82,7 @@ class CmdVelMux:
         try:
             config = load_config(values.yaml_cfg_file, values.yaml_cfg_data)
             for topic in (config.output, *(source.topic for source in config.sources)):
-                self._node.resolve(f"~{topic}")  # before the configuration in use is given up
+                self._node.resolve(f"~{topic}")  # check the names before replacing the current configuration
             self._apply(config)
         except NodeShutdownError:
             raise
@@ -93,7 +93,7 @@ class CmdVelMux:
     def _apply(self, config: Config) -> None:
         """Replace the configuration; the robot is stopped first.
 
-        The lock is not held while the master is waited for, so that the robot is stopped in time even if that is slow.
+        The lock is not held while waiting for the master, so that the robot is stopped in time even if it is slow.
         """
         selector = Selector(config.sources)
         with self._lock:
@@ -131,7 +131,7 @@ class CmdVelMux:
                 self._announce()
 
     def _announce(self) -> None:
-        """Publish which source drives the robot if it has changed."""
+        """Publish the name of the source that drives the robot if it has changed."""
         active = self._selector.active
         if active != self._announced:
             self._announced = active

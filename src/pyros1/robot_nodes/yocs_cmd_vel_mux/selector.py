@@ -1,4 +1,4 @@
-"""Which of several sources of velocity commands drives the robot."""
+"""Decides which of several sources of velocity commands drives the robot."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ IDLE = "idle"
 
 
 class Selector:
-    """Selects, for each command that arrives, whether it is passed on.
+    """Decides for each command whether to pass it on.
 
     A source drives the robot until it has sent nothing for its timeout, or until a source of higher priority sends
-    something. Times are in seconds; after time has jumped back, what was received before counts as too old.
+    a command. Times are in seconds; if time jumps back, earlier commands count as too old.
 
     Args:
         sources: the sources.
@@ -31,7 +31,7 @@ class Selector:
         return IDLE if self._allowed is None else self._sources[self._allowed].name
 
     def command(self, source: int, now: float) -> bool:
-        """A command has arrived from a source: return whether it is passed on."""
+        """A command has arrived from a source: return whether to pass it on."""
         self.must_stop(now)
         allowed = self._allowed
         if allowed not in (None, source) and self._sources[source].priority <= self._sources[allowed].priority:
@@ -40,7 +40,7 @@ class Selector:
         return True
 
     def must_stop(self, now: float) -> bool:
-        """Return True once when the source that drives the robot is silent, so that the robot must be stopped."""
+        """Return True, once, when the source that drives the robot is silent, so that the robot must be stopped."""
         if self._allowed is None or 0 <= now - self._received < self._sources[self._allowed].timeout:
             return False
         self._allowed = None

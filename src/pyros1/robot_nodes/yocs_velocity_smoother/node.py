@@ -1,7 +1,7 @@
 """velocity_smoother: passes ~raw_cmd_vel on to ~smooth_cmd_vel within the limits of the robot.
 
-It does what the nodelet yocs_velocity_smoother/VelocitySmootherNodelet does
-(https://wiki.ros.org/yocs_velocity_smoother). Commands and velocities that are not finite are dropped.
+It replaces the nodelet yocs_velocity_smoother/VelocitySmootherNodelet (https://wiki.ros.org/yocs_velocity_smoother).
+Commands and velocities that are not finite are dropped.
 """
 
 from __future__ import annotations
@@ -21,14 +21,14 @@ from pyros1.robot_nodes.shared.twists import TwistOutput, is_finite
 from pyros1.robot_nodes.yocs_velocity_smoother.smoother import STANDSTILL, Feedback, Limits, Smoother, Velocity
 
 CHECK_PERIOD = 0.1
-"""Seconds between checks whether simulated time stands still."""
+"""Seconds between checks of whether simulated time stands still."""
 _MANDATORY = ("speed_lim_v", "speed_lim_w", "accel_lim_v", "accel_lim_w")
 _MAX_LIMIT = 10.0
 _MIN_FREQUENCY, _MAX_FREQUENCY = 1.0, 1000.0
 
 
 def describe_parameters() -> Parameters:
-    """Return what other nodes can change while the node is running."""
+    """Return the parameters that other nodes can change while the node is running."""
     parameters = Parameters()
     for name, default, description in (
         ("speed_lim_v", 1.0, "Maximum forward speed in m/s"),
@@ -42,7 +42,7 @@ def describe_parameters() -> Parameters:
 
 
 def check_limits(values: PrivateParameters, name: str) -> None:
-    """Check the parameters that must be set.
+    """Check the mandatory parameters.
 
     Args:
         values: the parameters.
@@ -111,7 +111,7 @@ class VelocitySmoother:
                 self._smoother.robot_moves(Velocity(twist.linear.x, twist.angular.z), self._clock.seconds())
 
     def _check_clock(self) -> None:
-        """Stop the robot if simulated time stands still: then there are no more steps."""
+        """Stop the robot if simulated time stands still, since no more steps are made then."""
         with self._lock:
             if self._clock.stands_still() and self._output.stop():
                 self._smoother.halt()

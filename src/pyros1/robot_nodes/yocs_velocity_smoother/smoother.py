@@ -50,15 +50,15 @@ class Limits:
 
 
 class Smoother:
-    """Follows the commands that it gets, within the limits.
+    """Follows commands within the limits.
 
     Both speeds change in proportion, so that the robot stays on the commanded curve while it accelerates. When the
     input has been silent for three of its periods, at most 0.5 s, the robot is stopped within the limits. Times are in
     seconds.
 
-    With feedback, a change starts from the velocity of the robot rather than from the last command if both differ a
-    lot: then something else drives the robot, or it cannot follow. Feedback that is older than 0.5 s does not count,
-    since the robot could never be stopped if it ended while the robot was fast.
+    With feedback, a change starts from the robot's velocity instead of the last command if they differ a lot, since
+    something else then drives the robot, or it cannot follow. Feedback older than 0.5 s is ignored: if it ended while
+    the robot was fast, the robot could otherwise never be stopped.
 
     Args:
         limits: the limits; they may be replaced at any time.
@@ -92,7 +92,7 @@ class Smoother:
         self._robot = (velocity, now)
 
     def halt(self) -> None:
-        """The robot has been stopped at once; it stands still until the next command."""
+        """The robot has been stopped immediately; it stands still until the next command."""
         self._target = self._last = STANDSTILL
         self._is_active = False
 
@@ -108,7 +108,7 @@ class Smoother:
         if self._target == self._last:
             return self._last if self._is_active else None
         change = Velocity(*(target - last for target, last in zip(self._target, self._last, strict=True)))
-        # With odometry, a robot that still rolls the other way is known to brake.
+        # With odometry, a robot that still rolls in the opposite direction is known to be braking.
         rolling = robot if has_feedback and self._feedback == Feedback.ODOMETRY else STANDSTILL
         fraction = min(map(self._possible_fraction, change, self._target, rolling, self.limits.acceleration))
         if fraction == 1.0:
@@ -118,7 +118,7 @@ class Smoother:
         return self._last
 
     def _is_silent(self, now: float) -> bool:
-        """Return whether the input is too old, or time has jumped back since."""
+        """Return whether the last command is too old, or time has jumped back since it arrived."""
         # Until some periods are known, assume commands at 10 Hz.
         usual = median(self._periods) if len(self._periods) > _PERIODS // 2 else _DEFAULT_PERIOD
         limit = min(max(3 * usual, self._period), _MAX_SILENCE)
@@ -131,7 +131,7 @@ class Smoother:
         )
 
     def _possible_fraction(self, change: float, target: float, rolling: float, acceleration: float) -> float:
-        """Return which part of a change of a speed is possible within one period, at most 1."""
+        """Return the fraction of a speed's change that is possible within one period, at most 1."""
         limit = acceleration * self._period
         if change * target <= 0 or rolling * target < 0:
             limit *= self.limits.decel_factor
