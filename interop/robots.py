@@ -40,25 +40,25 @@ robot_state_publisher rosbag rostest rqt_bag rqt_console rqt_graph rqt_gui rqt_i
 rqt_logger_level rqt_plot rqt_publisher rqt_reconfigure rqt_service_caller rqt_tf_tree rqt_top rqt_topic rviz tf
 tf2_ros tf2_tools tf2_web_republisher topic_tools turtle_tf2 turtlesim xacro
 """
-"""The packages whose programs ran before the everyday nodes of robots were added."""
+"""The packages whose programs ran before the common robot nodes were added."""
 _ADDED_LATER = {("robot_state_publisher", "state_publisher")}
 _OUT_OF_SCOPE = "gazebo_ros controller_manager moveit_ros_move_group moveit_ros_warehouse moveit_ros_benchmarks"
 _BEGINNING = """# Nodes of public robots
 
-Written by `interop/robots.py` from `interop/robots.txt`, which has the `<node>` tags of the launch files of {robots}
-public repositories of robots, without those of their own packages. A program "runs" if `pip install pyros1` has it; for
-nodelets, if it has a node that does the same. Column "test" has the tests of each program, below `tests`;
-`{launch_test}` starts most of them together, as nodes of a launch file.
+Written by `interop/robots.py` from `interop/robots.txt`, which lists the `<node>` tags in the launch files of {robots}
+public robot repositories, except nodes from their own packages. A program "runs" if pyros1 includes it; a nodelet, if
+pyros1 includes an equivalent node. Column "test" lists each program's tests, below `tests`;
+`{launch_test}` starts most of the programs together, as nodes in a launch file.
 
-**{now} of {all} nodes ({now_share:.0f} %) run; before the everyday nodes of robots were added, {before}
-({before_share:.0f} %) did.** {simulated} of all are of Gazebo, controller_manager and MoveIt, which are no aim. The
-repositories have {own} nodes of their own packages besides.
+**{now} of {all} nodes ({now_share:.0f} %) run; before the common robot nodes were added, {before}
+({before_share:.0f} %) did.** {simulated} of all nodes belong to Gazebo, controller_manager and MoveIt, which pyros1 does
+not aim to replace. In addition, the repositories have {own} nodes from their own packages.
 
-`pyros1 launch --check` was run on all 786 launch files of these repositories, with a value for each argument without
-one and without any installed ROS. 254 are clean. The others name what is not there: simulators, controllers and MoveIt
-(178 files), navigation (100), drivers, descriptions and other packages (141), programs and nodelets to be compiled from
-the repository itself (80), and what only the robot or its maker has: settings, calibration files, parts of the
-repository that are gone (33). No complaint is about a package that comes with pyros1, its files or its arguments.
+`pyros1 launch --check` was run on all 786 launch files of these repositories, without an installed ROS, and with a value
+for each argument that has no default. 254 are clean. The others refer to missing parts: simulators, controllers and
+MoveIt (178 files), navigation (100), drivers, descriptions and other packages (141), programs and nodelets that must be
+compiled from the repository itself (80), and things that only the robot or its maker has: settings, calibration files,
+removed parts of the repository (33). No complaint concerns a package that pyros1 includes, its files or its arguments.
 """
 
 
@@ -94,7 +94,7 @@ class Row(NamedTuple):
 
     @property
     def ran_before(self) -> bool:
-        """Whether it did before the everyday nodes of robots were added."""
+        """Whether it ran before the common robot nodes were added."""
         return self.runs and self.package in _BEFORE.split() and (self.package, self.type) not in _ADDED_LATER
 
 
