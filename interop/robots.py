@@ -51,14 +51,15 @@ pyros1 includes an equivalent node. Column "test" lists each program's tests, be
 `{launch_test}` starts most of the programs together, as nodes in a launch file.
 
 **{now} of {all} nodes ({now_share:.0f} %) run; before the common robot nodes were added, {before}
-({before_share:.0f} %) did.** {simulated} of all nodes belong to Gazebo, controller_manager and MoveIt, which pyros1 does
-not aim to replace. In addition, the repositories have {own} nodes from their own packages.
+({before_share:.0f} %) did.** {simulated} of all nodes belong to Gazebo, controller_manager and MoveIt, which pyros1
+does not aim to replace. In addition, the repositories have {own} nodes from their own packages.
 
-`pyros1 launch --check` was run on all 786 launch files of these repositories, without an installed ROS, and with a value
-for each argument that has no default. 254 are clean. The others refer to missing parts: simulators, controllers and
-MoveIt (178 files), navigation (100), drivers, descriptions and other packages (141), programs and nodelets that must be
-compiled from the repository itself (80), and things that only the robot or its maker has: settings, calibration files,
-removed parts of the repository (33). No complaint concerns a package that pyros1 includes, its files or its arguments.
+`pyros1 launch --check` was run on all 786 launch files of these repositories, without an installed ROS, and with a
+value for each argument that has no default. 254 are clean. The others refer to missing parts: simulators, controllers
+and MoveIt (178 files), navigation (100), drivers, descriptions and other packages (141), programs and nodelets that
+must be compiled from the repository itself (80), and things that only the robot or its maker has: settings,
+calibration files, removed parts of the repository (33). No complaint concerns a package that pyros1 includes, its
+files or its arguments.
 """
 
 

@@ -140,7 +140,7 @@ def test_what_cannot_be_added(
 def test_files_that_cannot_be_loaded(make_node: Callable[..., Node], tmp_path: Path) -> None:
     node = make_node("arm")
     (tmp_path / "list.yaml").write_text("[1, 2]")
-    for path, message in ((tmp_path / "none", "No such file"), (tmp_path / "list.yaml", "must have parameters")):
+    for path, message in ((tmp_path / "none", "No such file"), (tmp_path / "list.yaml", "must contain parameters")):
         with pytest.raises(SettingError, match=message):
             add_analyzers(node, str(path), 1.0)
     with pytest.raises(WaitTimeoutError):
