@@ -48,6 +48,7 @@ def test_every_floor_is_of_a_room() -> None:
     assert [room for room in FLOORS if not (ROOT / "src" / "pyros1" / room / "__init__.py").exists()] == []
 
 
+@pytest.mark.slow
 def test_what_coverage_has_recorded(tmp_path: Path) -> None:
     program = tmp_path / "program.py"
     program.write_text("import pyros1.values.angles\npyros1.values.angles.evaluate_angle('1 + pi')\n")
@@ -59,6 +60,7 @@ def test_what_coverage_has_recorded(tmp_path: Path) -> None:
     assert 0 < counts.reached_statements < counts.statements and 0 < counts.reached_branches < counts.branches
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:unclosed database")  # coverage's, of the broken one
 def test_copies_of_sources_and_broken_data_files_do_not_count(tmp_path: Path) -> None:
     copy = tmp_path / "src" / "pyros1" / "values"

@@ -149,10 +149,12 @@ def start(env: dict[str, str], tmp_path: Path) -> Iterator[Callable[..., None]]:
         assert child.returncode == 0 and "Traceback" not in out, out
 
 
+@pytest.mark.slow
 def test_all_modules_are_imported_where_nothing_of_unix_is(run: Callable[..., str]) -> None:
     assert run("-c", IMPORTS) == "True None\n"
 
 
+@pytest.mark.slow
 @pytest.mark.once
 @pytest.mark.skipif(sys.platform == "win32", reason="SIGINT")
 def test_nodes_and_commands_run_where_nothing_of_unix_is(

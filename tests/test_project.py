@@ -139,6 +139,7 @@ def module_of(path: Path) -> str:
     return ".".join(path.relative_to(SOURCE.parent).with_suffix("").parts).removesuffix(".__init__")
 
 
+@pytest.mark.slow
 def test_imports_run_one_way() -> None:
     """Feature: imports go one way, and the core does no I/O"""
     for path in sources():
@@ -155,6 +156,7 @@ def test_imports_run_one_way() -> None:
             assert allowed, f"{path.relative_to(ROOT)} imports {name}: {room} may not import {target}"
 
 
+@pytest.mark.slow
 def test_no_circles() -> None:
     """No file needs, by way of others, one that needs it.
 
@@ -188,6 +190,7 @@ def test_pure_rooms_import_no_io(name: str) -> None:
             assert module.split(".")[0] not in IMPURE, f"{path.relative_to(ROOT)} imports {module}"
 
 
+@pytest.mark.slow
 def test_modules_hold_no_mutable_state() -> None:
     """No `global` statement, and no empty container that waits to be filled, at module level (but in drop_in/)."""
     for path in sources():
@@ -249,6 +252,7 @@ def test_top_level_folders() -> None:
     assert found <= allowed, f"no other folders at the top level: {found - allowed}"
 
 
+@pytest.mark.slow
 def test_the_page_of_features_is_current() -> None:
     command = [sys.executable, str(ROOT / "interop" / "features.py"), "--check"]
     assert subprocess.run(command, timeout=60, check=False).returncode == 0, "run python interop/features.py"
@@ -298,6 +302,7 @@ def names_used(node: ast.AST) -> list[str]:
     return []
 
 
+@pytest.mark.slow
 def test_tests_use_public_names_only() -> None:
     """What a test needs to see of an internal class has a public name and a docstring there; see tests/parts.py."""
     for path in sorted((ROOT / "tests").rglob("*.py")):

@@ -5,6 +5,8 @@ from __future__ import annotations
 import subprocess
 import sys
 
+import pytest
+
 CODE = """
 import pyros1, pyros1.bag, pyros1.diagnostics, pyros1.filters, pyros1.reconfigure, pyros1.tf, pyros1.msgs
 for module in (pyros1, pyros1.bag, pyros1.diagnostics, pyros1.filters, pyros1.reconfigure, pyros1.tf):
@@ -19,5 +21,6 @@ assert "linear" in msg.Twist.__doc__.split()
 """
 
 
+@pytest.mark.slow
 def test_all_public_names_are_in_dir() -> None:
     subprocess.run([sys.executable, "-c", CODE], check=True, timeout=60)

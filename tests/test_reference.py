@@ -77,6 +77,7 @@ def test_all_public_names_are_documented() -> None:
     assert said is not None and int(said[1]) == int(said[2]) and abs(int(said[2]) - len(NAMES)) <= 20, len(NAMES)
 
 
+@pytest.mark.slow
 def test_public_names_and_signatures_change_only_on_purpose() -> None:
     """CHANGELOG promises those of a release. In a new process, as the drop-in rospy changes a method of AnyMsg."""
     command = [sys.executable, str(ROOT / "interop" / "reference.py"), "--names"]
@@ -87,6 +88,7 @@ def test_public_names_and_signatures_change_only_on_purpose() -> None:
     )
 
 
+@pytest.mark.slow
 def test_the_pages_are_made_without_a_warning(tmp_path: Path) -> None:
     pytest.importorskip("pdoc", reason="the extra docs is not installed")
     command = [sys.executable, str(ROOT / "interop" / "reference.py"), str(tmp_path)]
@@ -114,6 +116,7 @@ tell(pyros1.aio.Node, "messages")
 """Goes before a program: says when all is made, and the program begins to wait."""
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="SIGINT")
 @pytest.mark.parametrize("name", PROGRAMS)
 def test_programs(name: str, make_node: Any, environ: dict[str, str]) -> None:
@@ -190,6 +193,7 @@ with pyros1.Node("controller") as node:
 """
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="a script with #!")
 def test_tests(tmp_path: Path) -> None:
     package = tmp_path / "my_robot"

@@ -165,6 +165,7 @@ def dangers(text: str) -> set[str]:
     return {what for node in ast.walk(tree) if (what := danger(node, known))}
 
 
+@pytest.mark.slow
 def test_nothing_in_the_source_can_run_what_was_received() -> None:
     found = {f"{name}: {what}" for name, text in sources() for what in dangers(text)}
     assert found == ALLOWED.keys()

@@ -81,6 +81,7 @@ def test_a_command(load: Callable[..., set[str]], words: str) -> None:
     assert "pyros1" in loaded and not loaded & (LIBRARIES | SLOW | XML)
 
 
+@pytest.mark.slow
 def test_help_of_verbs(load: Callable[..., set[str]]) -> None:
     """All records need neither a library nor a node, so that help and wrong words are answered soon."""
     program = (

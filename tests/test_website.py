@@ -37,6 +37,7 @@ def links(file: Path) -> Iterator[str]:
     yield from map(unescape, re.findall(r'(?:href|src)="([^"]+)"', file.read_text(encoding="utf-8")))
 
 
+@pytest.mark.slow
 def test_links_lead_somewhere(site: Path) -> None:
     """Feature: a website with the guide, the how-to pages and the reference -- `python interop/website.py`; a
     workflow publishes it on GitHub

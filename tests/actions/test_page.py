@@ -35,6 +35,7 @@ def server(environ: dict[str, str]) -> Iterator[None]:
         assert child.wait(20) == 0
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="SIGINT")
 @pytest.mark.parametrize("number", [1, 2], ids=["node", "asyncio"])
 def test_the_programs_of_the_page(server: None, environ: dict[str, str], number: int) -> None:

@@ -142,6 +142,7 @@ def test_a_wait_is_urgent_until_it_has_its_message_or_ends() -> None:
     run(work)
 
 
+@pytest.mark.slow
 def test_publishers_that_come_and_go_leave_nothing_behind() -> None:
     async def work() -> None:
         stream, _ = make(1)

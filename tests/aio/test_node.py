@@ -335,6 +335,7 @@ BODIES = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 @pytest.mark.parametrize("body", BODIES.values(), ids=BODIES.keys())
 def test_a_signal_ends_the_program_cleanly(start: Callable[[str], Started], body: str, number: int) -> None:
@@ -345,6 +346,7 @@ def test_a_signal_ends_the_program_cleanly(start: Callable[[str], Started], body
     assert program.end() == (0, "hook\nleft\n", "")
 
 
+@pytest.mark.slow
 def test_two_signals_at_once_are_one(start: Callable[[str], Started]) -> None:
     program = start(PROGRAM.replace("BODY", BODIES["a wait of asyncio"]))
     assert program.line() == "ready\n"
@@ -353,6 +355,7 @@ def test_two_signals_at_once_are_one(start: Callable[[str], Started]) -> None:
     assert program.end() == (0, "hook\nleft\n", "")
 
 
+@pytest.mark.slow
 def test_a_signal_that_does_not_wake_the_loop_is_noticed(start: Callable[[str], Started]) -> None:
     """As one that comes just before the loop begins to wait: here another thread gets it."""
     body = """
@@ -363,6 +366,7 @@ def test_a_signal_that_does_not_wake_the_loop_is_noticed(start: Callable[[str], 
     assert start(PROGRAM.replace("BODY", body)).end() == (0, "ready\nhook\nleft\n", "")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_a_second_signal_ends_a_program_that_goes_on(start: Callable[[str], Started], number: int) -> None:
     program = start(
@@ -396,6 +400,7 @@ asyncio.run(main())
     assert program.end() == (128 + number, "cancelled\n", "")
 
 
+@pytest.mark.slow
 def test_ctrl_c_while_the_master_is_asked_ends_the_program(start: Callable[[str], Started]) -> None:
     program = """
 import asyncio, os, signal, threading
@@ -421,6 +426,7 @@ asyncio.run(main())
     assert start(program).end() == (130, "", "")
 
 
+@pytest.mark.slow
 def test_ctrl_c_while_waiting_for_the_master_ends_the_program(
     start: Callable[[str], Started], environ: dict[str, str], free_port: int
 ) -> None:
@@ -432,6 +438,7 @@ def test_ctrl_c_while_waiting_for_the_master_ends_the_program(
     assert program.end() == (130, "", "")
 
 
+@pytest.mark.slow
 def test_signals_may_stay_with_the_program(start: Callable[[str], Started]) -> None:
     text = PROGRAM.replace('Node("listener")', 'Node("listener", handle_signals=False)')
     program = start(

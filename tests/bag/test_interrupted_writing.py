@@ -44,6 +44,7 @@ def numbers(path: Path) -> list[int]:
     return found
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("compression", ["none", "lz4"])
 @pytest.mark.parametrize("size", [10, 5000])
 def test_a_bag_is_whole_after_ctrl_c(tmp_path: Path, soon: Any, compression: str, size: int) -> None:
@@ -90,6 +91,7 @@ def test_a_handler_closes_the_bag(tmp_path: Path, soon: Any) -> None:
         assert numbers(path) == list(range(count))
 
 
+@pytest.mark.slow
 def test_a_handler_writes_into_the_bag(tmp_path: Path, soon: Any) -> None:
     path, count, more = tmp_path / "x.bag", 0, 200
     with pyros1.bag.open(path, "w", chunk_threshold=300) as bag:

@@ -155,6 +155,7 @@ COMMANDS = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "command"),
     [
@@ -174,6 +175,7 @@ def test_a_chunk_that_claims_much_costs_little(bombs: Path, tmp_path: Path, comm
         assert "the limit is 16777216 (--chunk-limit MIB raises it" in done.stderr
 
 
+@pytest.mark.slow
 def test_play_too(bombs: Path, tmp_path: Path, master: Master) -> None:
     environ = {"ROS_MASTER_URI": master.uri, "ROS_HOSTNAME": "127.0.0.1", "ROS_HOME": str(tmp_path)}
     done = run(250, "bag", "play", "-d", "0", str(bombs / "bz2.bag"), folder=tmp_path, **environ)
@@ -181,6 +183,7 @@ def test_play_too(bombs: Path, tmp_path: Path, master: Master) -> None:
     assert "--chunk-limit MIB raises it" in done.stderr
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("command", ["api", "bag reindex --output-dir .", "bag info --freq"])
 def test_many_small_messages_cost_four_times_the_content(tmp_path: Path, command: str) -> None:
     message = make_record({"op": b"\2", "conn": U32.pack(0), "time": pack_time(NS_PER_S)}, bytes(4))
@@ -205,6 +208,7 @@ def test_chunks_that_overlap_are_dropped_and_read_again(tmp_path: Path, monkeypa
         assert [message.time // NS_PER_S for message in bag.messages()] == list(range(300))
 
 
+@pytest.mark.slow
 def test_the_limit_is_raised_by_option_variable_and_argument(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = write_bag(tmp_path / "x.bag", count=40_000, chunk_threshold=1 << 30)
     with BagReader(path) as bag:
@@ -221,6 +225,7 @@ def test_the_limit_is_raised_by_option_variable_and_argument(tmp_path: Path, mon
     assert (done.returncode, done.stderr) == (0, "")
 
 
+@pytest.mark.slow
 def test_limits_are_numbers(tmp_path: Path) -> None:
     assert chunk_limit({}) == chunk_limit({"PYROS1_BAG_CHUNK_LIMIT": ""}) == DEFAULT_CHUNK_LIMIT
     assert chunk_limit({"PYROS1_BAG_CHUNK_LIMIT": "512"}) == 512 * MIB
@@ -239,6 +244,7 @@ def test_messages_outside_of_chunks_have_the_same_limit(tmp_path: Path) -> None:
         assert [message.data[4:] for message in bag.messages()] == [b"y"]
 
 
+@pytest.mark.slow
 def test_an_mcap_file_costs_no_more_than_the_limit_either(tmp_path: Path) -> None:
     """It is of ROS 2, so that rosbags would read it: which unpacks chunks to whatever is in them."""
     stored = b"".join(compress("lz4", [bytes(500 * MIB)]))
@@ -250,6 +256,7 @@ def test_an_mcap_file_costs_no_more_than_the_limit_either(tmp_path: Path) -> Non
     assert (done.returncode, "does not hold the 1048576 bytes" in done.stderr) == (1, True), done.stderr
 
 
+@pytest.mark.slow
 def test_there_is_an_end_to_connections() -> None:
     record = make_connection_record(CONNECTION)
     place = record.index(b"conn=") + 5

@@ -156,6 +156,7 @@ OF_KIND = {
 """What is tried with each kind: most forms of output cost time, and the same for all."""
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="needs the address space that the process has")
 @pytest.mark.parametrize("kind", OF_KIND)
 def test_a_large_message_takes_three_times_its_size(tmp_path: Path, kind: str) -> None:
@@ -165,6 +166,7 @@ def test_a_large_message_takes_three_times_its_size(tmp_path: Path, kind: str) -
     assert run(commands, path, 3 * SIZE + SPARE) == {}
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="needs the address space that the process has")
 def test_a_text_with_wide_characters_takes_six_times_its_size(tmp_path: Path) -> None:
     """Python's strings take four bytes for each character if one needs them, and are made of one with one byte."""

@@ -11,6 +11,8 @@ import time
 from pathlib import Path
 from typing import Any
 
+import pytest
+
 import pyros1
 from pyros1.bag.format.reader import BagReader
 from pyros1.msgs.std_msgs.msg import Float64
@@ -21,6 +23,7 @@ SCRIPTS = Path(pyros1.__file__).parent / "packages" / "minimal_nodes" / "scripts
 DEADLINE = 20.0
 
 
+@pytest.mark.slow
 def test_what_was_recorded_is_played(start: Any, tmp_path: Path, master: Any) -> None:
     publisher = start("_rate:=20", program=SCRIPTS / "minimal_publisher")
     recorder = start("bag", "record", "-O", "tutorial", "topic1", "--min-space", "0")

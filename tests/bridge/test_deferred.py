@@ -99,6 +99,7 @@ def test_a_subscription_returns_at_once() -> None:
         assert deferred.pop() == [Subscribe("/s", on)] and deferred.finish() == []
 
 
+@pytest.mark.slow
 def test_only_so_many_withdrawn_topics_are_remembered() -> None:
     """Another site may make up names for ever."""
     deferred = DeferredActions(lambda: 5.0)

@@ -93,6 +93,7 @@ def pair(make_site: MakeSite, endpoint: str) -> tuple[RunningSite, RunningSite]:
     return make_site("red", EVERYTHING, (endpoint,)), base
 
 
+@pytest.mark.slow
 def test_a_node_is_killed_and_returns(pair: tuple[RunningSite, RunningSite]) -> None:
     red, base = pair
     with talker(red) as program:
@@ -106,6 +107,7 @@ def test_a_node_is_killed_and_returns(pair: tuple[RunningSite, RunningSite]) -> 
         assert listener.messages.is_silent()
 
 
+@pytest.mark.slow
 def test_a_node_hangs_and_goes_on(pair: tuple[RunningSite, RunningSite]) -> None:
     red, base = pair
     with talker(red) as program:
@@ -117,6 +119,7 @@ def test_a_node_hangs_and_goes_on(pair: tuple[RunningSite, RunningSite]) -> None
         listener.sees_return()
 
 
+@pytest.mark.slow
 def test_one_of_two_publishers_is_killed(pair: tuple[RunningSite, RunningSite]) -> None:
     red, base = pair
     other: Any = red.make_node("other").advertise("/text", "std_msgs/String", latch=True)
@@ -131,6 +134,7 @@ def test_one_of_two_publishers_is_killed(pair: tuple[RunningSite, RunningSite]) 
         assert subscriber.num_connections == 1
 
 
+@pytest.mark.slow
 def test_a_bridge_is_killed_and_returns(make_site: MakeSite, endpoint: str) -> None:
     base = make_site("base", EVERYTHING, (), (endpoint,))
     red = make_site("red", "{}", (endpoint,))
@@ -145,6 +149,7 @@ def test_a_bridge_is_killed_and_returns(make_site: MakeSite, endpoint: str) -> N
             listener.sees_return()
 
 
+@pytest.mark.slow
 def test_a_network_is_parted_and_mended(make_site: MakeSite, endpoint: str) -> None:
     router = start_router(endpoint)
     try:
@@ -161,6 +166,7 @@ def test_a_network_is_parted_and_mended(make_site: MakeSite, endpoint: str) -> N
         kill(router)
 
 
+@pytest.mark.slow
 def test_the_site_says_goodbye(pair: tuple[RunningSite, RunningSite]) -> None:
     red, base = pair
     with talker(red):

@@ -85,6 +85,7 @@ def test_nothing_is_subscribed_to_that_nobody_wants(pair: tuple[RunningSite, Run
     wait_until(lambda: "/red/text" not in base.topics(), "the topic is withdrawn")
 
 
+@pytest.mark.slow
 def test_the_original_publishers_are_in_the_connections_header(pair: tuple[RunningSite, RunningSite]) -> None:
     red, base = pair
     first: Any = red.make_node("first").advertise("/text", "std_msgs/String", latch=True)
@@ -304,6 +305,7 @@ def kill(program: subprocess.Popen[str]) -> None:
         stream.close()
 
 
+@pytest.mark.slow
 def test_a_router_in_the_middle_is_killed_and_returns(make_site: MakeSite, endpoint: str) -> None:
     rules = "{send: ['/**', {topic: /event, delivery: reliable}], take: ['*:**']}"
     router = start_router(endpoint)
@@ -332,6 +334,7 @@ def test_a_router_in_the_middle_is_killed_and_returns(make_site: MakeSite, endpo
         kill(router)
 
 
+@pytest.mark.slow
 def test_the_status_says_what_flows(pair: tuple[RunningSite, RunningSite]) -> None:
     red, base = pair
     publisher: Any = red.node.advertise("/text", "std_msgs/String")

@@ -80,6 +80,7 @@ def services_of(site: RunningSite, other: str) -> dict[str, str]:
     return {each["service"]: each["state"] for each in called if each["service"].startswith(f"{other}:")}
 
 
+@pytest.mark.slow
 def test_a_site_that_is_limited_serves_and_calls_what_it_may(make_site_with_keys: MakeSite) -> None:
     """Everything else is refused where a rule says so, and gets no answer through that site."""
     base = make_site_with_keys("base", EVERYTHING + LIMITS)

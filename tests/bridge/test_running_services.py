@@ -112,6 +112,7 @@ def test_large_requests_and_responses(pair: Pair) -> None:
     assert base.node.service("/red/large", Trigger)().message == text
 
 
+@pytest.mark.slow
 def test_a_service_that_takes_too_long(pair: Pair) -> None:
     red, base = pair
     end = threading.Event()
@@ -166,6 +167,7 @@ def test_a_bridge_that_leaves_ends_its_calls(pair: Pair) -> None:
     assert base.node.service("/red/wait", Trigger)().success
 
 
+@pytest.mark.slow
 def test_many_calls_at_once(pair: Pair) -> None:
     red, base = pair
     red.node.advertise_service("/switch", SetBool, lambda request: (request.data, "done"))

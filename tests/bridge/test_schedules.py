@@ -28,6 +28,7 @@ COUNT = int(os.environ.get("PYROS1_BRIDGE_SCHEDULES", "24"))
 PARTS = 8
 
 
+@pytest.mark.slow
 @pytest.mark.timeout(0 if COUNT > 100 else 120)
 @pytest.mark.parametrize("part", range(PARTS))
 def test_random_schedules(part: int) -> None:
@@ -121,6 +122,7 @@ NOTICED_BY = {
 """Seeds to try first, since each takes half a second."""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("mistake", MISTAKES)
 def test_the_simulation_notices_mistakes(mistake: str, monkeypatch: pytest.MonkeyPatch) -> None:
     owner, name, replacement, complaint = MISTAKES[mistake]
@@ -130,6 +132,7 @@ def test_the_simulation_notices_mistakes(mistake: str, monkeypatch: pytest.Monke
             Simulation(seed).run()
 
 
+@pytest.mark.slow
 def test_the_simulation_notices_loops(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(TopicSender, "on_message", forward_all(TopicSender.on_message))
     for seed in range(3):

@@ -126,6 +126,7 @@ def run(monkeypatch: pytest.MonkeyPatch, call_main: Any, tmp_path: Path) -> Call
     return run
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("mode", ["answer", "fail", "wrong", "fault", "refuse"])
 def test_no_command_shows_what_steers_a_terminal(run: Any, make_robot: Any, mode: str) -> None:
     robot, seen = make_robot(mode), 0

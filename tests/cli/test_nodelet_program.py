@@ -35,6 +35,7 @@ LAUNCH_FILE = """
 """
 
 
+@pytest.mark.slow
 def test_nodelets_of_a_launch_are_nodes(
     environ: dict[str, str], make_node: Callable[..., Node], tmp_path: Path
 ) -> None:

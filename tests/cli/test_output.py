@@ -74,6 +74,7 @@ def test_nobody_reads(system: dict[str, str], words: str) -> None:
     assert (done.returncode, done.stderr) == (0, "")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("words", ["topic list", "node tree", "topic echo -n 1 /t", "help"])
 def test_closed(system: dict[str, str], words: str) -> None:
     done = run(words, system, preexec_fn=lambda: os.close(1))
@@ -152,6 +153,7 @@ def has_our_frames(trace: str) -> bool:
     return any(not any(part in line for part in first) for line in lines)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("words", [*SHORT, *LASTING])
 def test_ctrl_c_at_any_moment(system: dict[str, str], tmp_path: Path, words: str) -> None:
     """Nothing is shown. What was cut short has died of the signal; what runs until Ctrl-C ends with 0 if it ran.

@@ -175,12 +175,14 @@ def new(package: Path, tmp_path: Path) -> Pyros1:
     return run
 
 
+@pytest.mark.slow
 def test_a_new_verb_runs(new: Pyros1) -> None:
     assert new("pyros1 topic shout hello world") == (0, "HELLO WORLD! /x\n", "")
     assert new("pyros1 topic yell -s 3 a --unsure __ns:=/robot") == (0, "A!!!? /robot/x\n", "")
     assert new("rostopic shout a") == new("pyros1 topic shout a")
 
 
+@pytest.mark.slow
 def test_a_new_verb_is_listed(new: Pyros1) -> None:
     code, out, _ = new("pyros1 topic -h")
     assert code == 0 and "\n\tpyros1 topic pub\tpublish data to topic\n\tpyros1 topic shout\tsay it loudly\n" in out
@@ -199,6 +201,7 @@ def test_a_new_verb_has_help(new: Pyros1) -> None:
     assert code == 0 and "--strength" in out and "--unsure" not in out and "Examples" not in out, "as stock's would"
 
 
+@pytest.mark.slow
 def test_a_new_verb_is_completed(new: Pyros1) -> None:
     def offered(line: str) -> list[str]:
         code, out, err = new(f"pyros1 __complete bash '' {len(line.split(' ')) - 1} {line or repr('')}")
@@ -234,6 +237,7 @@ def test_wrong_usage_of_a_new_verb(new: Pyros1) -> None:
     assert new("rostopic shout") == (2, "", usage.replace("pyros1 topic", "rostopic") + "there is nothing to shout\n")
 
 
+@pytest.mark.slow
 def test_a_new_command_without_verbs(new: Pyros1) -> None:
     assert new("pyros1 megaphone hello") == new("rosmegaphone hello") == (0, "HELLO! /x\n", "")
     assert "\n  megaphone   shout\n" in new("pyros1 help")[1]

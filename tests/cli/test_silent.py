@@ -84,6 +84,7 @@ def _give_up(*_: object) -> None:
     raise NodeShutdownError("it waits for the master")
 
 
+@pytest.mark.slow
 def test_a_node_that_does_not_answer(silent: int, environ: dict[str, str]) -> None:
     """All at once: each waits for some seconds."""
     api = f"http://127.0.0.1:{silent}/"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pytest
 from programs import run, start
 
 SERVER = """
@@ -59,6 +60,7 @@ print(actionlib.GoalStatus.to_string(client.get_state()), client.get_result().se
 """
 
 
+@pytest.mark.slow
 def test_fibonacci(environ: dict[str, str]) -> None:
     server = start(SERVER, environ)
     try:

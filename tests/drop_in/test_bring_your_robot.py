@@ -12,6 +12,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 from pyros1.guide.documents import pages
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -88,6 +90,7 @@ def commands() -> str:
     return "\n".join(others)
 
 
+@pytest.mark.slow
 def test_the_page(tmp_path: Path, environ: dict[str, str]) -> None:
     for name, text in FILES.items():
         path = tmp_path / "catkin_ws" / "src" / "my_robot" / name

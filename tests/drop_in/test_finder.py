@@ -298,6 +298,7 @@ def test_the_start_folder_hides_no_other_sitecustomize(tmp_path: Path) -> None:
     assert run("import sys, std_msgs.msg; print(sys.mine)", {"PYTHONPATH": f"{START}:{tmp_path}"}) == "True\n"
 
 
+@pytest.mark.slow
 def test_the_messages_of_an_imported_package_are_there(path: Path) -> None:
     text = "import rospy, {0}; print({0}.{1}.__name__, {0}.__name__)"
     for name in ("std_msgs.msg.Header", "diagnostic_msgs.msg.KeyValue", "std_srvs.srv.Empty", "sensor_msgs.msg.Imu"):
@@ -308,6 +309,7 @@ def test_the_messages_of_an_imported_package_are_there(path: Path) -> None:
     )
 
 
+@pytest.mark.slow
 def test_modules_that_stocks_import_by_themselves(path: Path) -> None:
     """Programs name them without an import of their own."""
     said = output(

@@ -277,6 +277,7 @@ print("done")
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("program", [ROSLIB, GENPY, GENMSG, CLOUDS, IMAGES, GEOMETRY, CAMERA, ROSGRAPH])
 def test_a_program(program: str, tmp_path: Path) -> None:
     environ = {"ROS_MASTER_URI": "http://127.0.0.1:1/", "ROS_HOSTNAME": "127.0.0.1", "ROS_HOME": str(tmp_path)}
@@ -328,6 +329,7 @@ def test_packages(tmp_path: Path) -> None:
     assert run(PACKAGES, {"ROS_PACKAGE_PATH": str(tmp_path)}, str(tmp_path)) == "done\n"
 
 
+@pytest.mark.slow
 def test_manifests_that_are_not_xml(tmp_path: Path) -> None:
     package, manifest = tmp_path / "package.xml", tmp_path / "manifest.xml"
     texts = (
@@ -348,6 +350,7 @@ def test_manifests_that_are_not_xml(tmp_path: Path) -> None:
             module.parse_manifest_file(str(tmp_path), "manifest.xml")
 
 
+@pytest.mark.slow
 def test_what_rospkg_lacks_says_what_has_it() -> None:
     for module, name in (
         ("rospkg", "expand_to_packages"),

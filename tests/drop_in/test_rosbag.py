@@ -164,6 +164,7 @@ print("done")
 """
 
 
+@pytest.mark.slow
 def test_it_is_asked_while_another_thread_writes(tmp_path: Path) -> None:
     assert run(BAG + ASKED, {}, str(tmp_path)) == "done\n"
 

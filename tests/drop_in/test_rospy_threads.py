@@ -128,6 +128,7 @@ assert "/once" not in [name for name, _ in subscribed] and "/t" not in [name for
 """
 
 
+@pytest.mark.slow
 def test_topics_that_come_and_go_in_many_threads(environ: dict[str, str]) -> None:
     run(HEAD + CHURN, environ, "25")
 
@@ -199,6 +200,7 @@ assert len(left) == len(actions) and not wrong, (len(left), set(wrong))
 """
 
 
+@pytest.mark.slow
 def test_the_end_of_the_node_under_all_kinds_of_waits(environ: dict[str, str]) -> None:
     run(HEAD + ENDING, environ)
 
@@ -277,6 +279,7 @@ until(lambda: last and len(last[-1].transforms) == 30)
 """
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not hasattr(signal, "setitimer"), reason="no timers that send signals here")
 def test_signal_handlers_do_what_they_interrupt(environ: dict[str, str]) -> None:
     """As programs do that save a pose, or send a last transform, when Ctrl-C ends them."""

@@ -75,6 +75,7 @@ LAUNCH = """<launch>
 """
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="scripts with #!")
 @pytest.mark.parametrize(("expected", "code"), [("hello", 0), ("other", 2)])
 def test_a_program_of_a_launch_file(environ: dict[str, str], tmp_path: Path, expected: str, code: int) -> None:

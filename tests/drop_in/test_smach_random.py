@@ -127,6 +127,7 @@ def smach() -> Iterator[Any]:
         yield module
 
 
+@pytest.mark.slow
 @settings(max_examples=150, deadline=None)
 @given(tree=TREES, words=st.lists(st.sampled_from("ab"), min_size=1, max_size=40))
 def test_machines_do_as_a_plain_program(smach: Any, tree: Tree, words: list[str]) -> None:
@@ -183,6 +184,7 @@ def below(smach: Any, state: Any) -> Iterator[Any]:
             yield from below(smach, child)
 
 
+@pytest.mark.slow
 def test_no_preemption_is_lost(smach: Any) -> None:
     """Whenever it comes, it ends a machine that would go on for ever, and leaves nothing in its states."""
     smach.set_shutdown_check(lambda: False)

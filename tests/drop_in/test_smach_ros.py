@@ -178,6 +178,7 @@ rospy.signal_shutdown("done")
 """
 
 
+@pytest.mark.slow
 def test_actions(environ: dict[str, str]) -> None:
     out = [line for line in run(ACTIONS, environ, timeout=60).splitlines() if not line.startswith(("[", "\t"))]
     assert out[0] == "succeeded {}"
@@ -242,6 +243,7 @@ print("stopped", flush=True)
 """
 
 
+@pytest.mark.slow
 def test_introspection_and_ctrl_c(make_node: Callable[..., Node], environ: dict[str, str]) -> None:
     from pyros1.msgs.std_msgs.msg import Empty
 

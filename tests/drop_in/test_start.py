@@ -54,6 +54,7 @@ def test_the_users_sitecustomize_runs_too(tmp_path: Path) -> None:
     run("import rospy", {"PYTHONPATH": f"{DROP_IN_START}:{tmp_path}"})
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", TAKEN_OVER)
 def test_another_sitecustomize_before_ours(tmp_path: Path, name: str) -> None:
     """Debuggers and tools that measure bring one, and most do not run the next."""
@@ -77,6 +78,7 @@ def test_another_sitecustomize_hides_neither_a_real_rospy_nor_the_word_on_a_miss
     assert DROP_IN_START not in run("import sys, std_msgs.msg; print(sys.path)", hidden)
 
 
+@pytest.mark.slow
 def test_threads_that_import_at_once_do_not_wait_for_each_other() -> None:
     program = """
 import importlib, threading

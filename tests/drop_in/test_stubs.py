@@ -66,6 +66,7 @@ def robot(tmp_path: Path) -> Path:
     return folder
 
 
+@pytest.mark.slow
 def test_mypy_knows_them(tmp_path: Path, robot: Path) -> None:
     venv.create(tmp_path / "venv", symlinks=True)
     (site,) = tmp_path.glob("venv/lib/python*/site-packages")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pytest
 from programs import run
 
 WITHOUT_A_NODE = """
@@ -132,6 +133,7 @@ assert not ended.is_alive()
 """
 
 
+@pytest.mark.slow
 def test_with_a_node(environ: dict[str, str]) -> None:
     said = run(WITH_A_NODE, environ)
     assert "found 7.0" in said

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import pytest
 from programs import run, start
 
 ROBOT = """
@@ -99,6 +100,7 @@ print("done")
 """
 
 
+@pytest.mark.slow
 def test_a_running_system(environ: dict[str, str]) -> None:
     robot = start(ROBOT, environ)
     try:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pytest
 from programs import run, start
 
 SERVER = """
@@ -58,5 +59,6 @@ print(heard[0].data.dtype, heard[0].data.sum(), heard[1].data, heard[1].header.s
 """
 
 
+@pytest.mark.slow
 def test_numpy_and_headers(environ: dict[str, str]) -> None:
     assert run(FLOATS, environ) == "float32 6.6 test 1\n"

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import pytest
 from programs import run
 
 NAMES = Path(__file__).with_name("used_names.txt").read_text(encoding="utf-8").split()
@@ -32,6 +33,7 @@ for name in sys.argv[1:]:
 """
 
 
+@pytest.mark.slow
 def test_the_names_that_programs_use_are_there() -> None:
     assert len(NAMES) > 300
     assert set(run(PROGRAM, {}, *NAMES).split()) == LACKING

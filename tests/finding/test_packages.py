@@ -299,6 +299,7 @@ def test_an_executable_that_was_moved_is_found_again(tmp_path: Path) -> None:
         (package / folder / "run").unlink()
 
 
+@pytest.mark.slow
 def test_places_are_named_once_each(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(sys, "path", [])
     with pytest.raises(PackageNotFoundError) as error:

@@ -72,12 +72,14 @@ def check(program: str, folder: Path) -> dict[int, str]:
     return {int(line): text for line, text in re.findall(r"^program\.py:(\d+): error: (.*)", done.stdout, re.M)}
 
 
+@pytest.mark.slow
 @pytest.mark.once
 def test_a_type_checker_sees_messages(tmp_path: Path) -> None:
     wrong = {number for number, line in enumerate(WRONG.splitlines(), 1) if line.endswith("# wrong")}
     assert {*check(WRONG, tmp_path)} == wrong
 
 
+@pytest.mark.slow
 @pytest.mark.once
 @pytest.mark.parametrize("number", range(2))
 def test_the_programs_of_the_readme_have_types(tmp_path: Path, number: int) -> None:

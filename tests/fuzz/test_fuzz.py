@@ -33,6 +33,7 @@ def traced() -> Iterator[None]:
     tracemalloc.stop()
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore::UnicodeWarning")  # what is not UTF-8 is replaced, and a warning says so
 @pytest.mark.parametrize("name", FUZZERS)
 def test_any_bytes_give_a_value_or_a_documented_error(name: str, traced: None) -> None:

@@ -116,6 +116,7 @@ def test_the_steps_of_the_guide_name_examples_that_there_are() -> None:
         assert find_example(name).name == name
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("face", APIS)
 def test_launch_files_name_what_there_is(
     folder: Path, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, face: str

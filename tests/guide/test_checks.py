@@ -99,6 +99,7 @@ def test_a_rate_is_measured(make_node: MakeNode, environ: dict[str, str], tmp_pa
     timer.shutdown()
 
 
+@pytest.mark.slow
 def test_publishing_by_hand(ask: Check, make_node: MakeNode) -> None:
     assert ask(3) == "no node publishes /topic1"
     publisher = publish(make_node, "minimal_publisher", "/topic1", Float64(1.0))
@@ -137,6 +138,7 @@ def test_a_recording(ask: Check, tmp_path: Path) -> None:
     assert ask(6) == ""
 
 
+@pytest.mark.slow
 def test_a_mass_that_stands_still(ask: Check, make_node: MakeNode) -> None:
     assert "no node publishes /velocity: pyros1 launch" in ask(7)
     velocity = publish(make_node, "minimal_simulator", "/velocity", Float64(0.9))
@@ -279,6 +281,7 @@ def test_it(ros_run="", ros_node=""):
 """
 
 
+@pytest.mark.slow
 def test_a_test(ask: Check, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("PYTEST_DISABLE_PLUGIN_AUTOLOAD", "1")  # it would take seconds to load
     assert "there is no my_robot/tests/test_stopwatch.py" in ask(14)
@@ -296,6 +299,7 @@ def test_a_test(ask: Check, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
     assert ask(14) == "the test did not finish within 0.01 s"
 
 
+@pytest.mark.slow
 def test_a_robot_that_is_driven(ask: Check, make_node: MakeNode) -> None:
     assert "there is no twist_mux with topics" in ask(15)
     node = make_node("twist_mux")

@@ -100,6 +100,7 @@ def test_names_of_nodes_and_their_parts(page: GuidePage, make_node: Any) -> None
             assert part is not None, f"node.{names}"
 
 
+@pytest.mark.slow
 def test_bags_in_a_notebook(start: Start, make_node: Any) -> None:
     write, look, table, live = pages()["bags"].code("python")
     said_by(start(write))
@@ -111,6 +112,7 @@ def test_bags_in_a_notebook(start: Start, make_node: Any) -> None:
     assert re.search(r"1970-01-01 00:16:40\.500 +7\.0\n", said_by(start(table)))
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="SIGINT")
 def test_frames(start: Start, make_node: Any) -> None:
     publishing, asking = pages()["frames"].code("python")
@@ -121,6 +123,7 @@ def test_frames(start: Start, make_node: Any) -> None:
     assert until(texts, re.compile("it is at").match) == "it is at 1.0, 1.2"
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="process groups")
 def test_launch(start: Start, tmp_path: Path) -> None:
     file = tmp_path / "two.launch"

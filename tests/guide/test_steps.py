@@ -326,6 +326,7 @@ def read_chapter(numbers: tuple[int, ...], home: Path, ports: tuple[int, int], f
         return reader.typed
 
 
+@pytest.mark.slow
 def test_all_steps(tmp_path: Path, free_ports: Callable[[int], list[int]]) -> None:
     assert [number for chapter in CHAPTERS for number in chapter] == [step.number for step in steps()]
     ports = free_ports(2 * len(CHAPTERS))
@@ -335,6 +336,7 @@ def test_all_steps(tmp_path: Path, free_ports: Callable[[int], list[int]]) -> No
         assert sum(readers.map(read_chapter, CHAPTERS, homes, pairs, itertools.repeat(forks))) > 75
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("shell", ["bash", "zsh"])
 def test_one_command_ends_all_jobs_of_a_terminal(shell: str, tmp_path: Path, free_port: int) -> None:
     if shutil.which(shell) is None:

@@ -14,6 +14,7 @@ import time
 from collections.abc import Iterator
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 
 import pytest
 
@@ -355,3 +356,19 @@ def test_a_log_folder_that_cannot_be_made_is_said(monkeypatch: pytest.MonkeyPatc
     monkeypatch.setenv("ROS_LOG_DIR", str(tmp_path / "file"))
     with pytest.raises(LaunchError, match="cannot create the log folder: Not a directory: "):
         configure_logging("run")
+
+
+def test_a_process_that_has_been_restarted_has_exited(uri: str) -> None:
+    run = ScriptRun(Plan(), Options(keep_running=True), [], make_resources())
+    run.start()
+    run.stop()
+    process: Any = SimpleNamespace(spawn_count=1)
+
+    def is_restarted_meanwhile(deadline: float) -> bool:
+        process.spawn_count = 2
+        return False
+
+    process.wait = is_restarted_meanwhile
+    assert run.end_process(process)
+    process.wait = lambda deadline: False
+    assert not run.end_process(process)

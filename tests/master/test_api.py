@@ -182,6 +182,7 @@ unchecked = st.recursive(
 )
 
 
+@pytest.mark.slow
 @given(st.lists(st.tuples(st.sampled_from(sorted(METHODS)), st.lists(unchecked, max_size=5)), max_size=15))
 def test_m03_any_call_gets_a_triple(calls: list[tuple[str, list[Any]]]) -> None:
     master = Fixture()

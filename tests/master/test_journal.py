@@ -434,6 +434,7 @@ def test_a_master_goes_on_where_another_stopped(tmp_path: Path) -> None:
     second.stop()
 
 
+@pytest.mark.slow
 def test_a_broken_journal_is_not_begun_anew_with_each_change(
     journal: Callable[..., Journal], monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -106,6 +106,7 @@ keys = st.lists(st.sampled_from("abc"), max_size=4).map(lambda parts: "/" + "/".
 values = st.recursive(st.integers(0, 9), lambda inner: st.dictionaries(st.sampled_from("abc"), inner), max_leaves=5)
 
 
+@pytest.mark.slow
 @given(st.lists(st.tuples(keys, values, st.booleans()), max_size=20))
 def test_the_tree_behaves_as_nested_dicts(steps: list[tuple[str, Any, bool]]) -> None:
     parameters = Parameters()
@@ -130,6 +131,7 @@ def test_the_tree_behaves_as_nested_dicts(steps: list[tuple[str, Any, bool]]) ->
             assert not isinstance(parameters.get(name), dict)
 
 
+@pytest.mark.slow
 @given(st.lists(st.tuples(keys, values, st.sampled_from(["set", "delete", "ask"])), max_size=20))
 def test_what_is_sent_is_what_is_there(steps: list[tuple[str, Any, str]]) -> None:
     """However texts of branches were kept before."""

@@ -38,6 +38,7 @@ def wait_line(core: subprocess.Popen[str], words: str) -> None:
     raise AssertionError(f"no {words!r} in {lines}")
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform != "linux", reason="systemd and journals are of Linux")
 def test_the_unit_starts_the_core_again(tmp_path: Path, free_port: int) -> None:
     service = unit()["Service"]

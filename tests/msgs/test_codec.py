@@ -100,6 +100,7 @@ def test_fixed_size() -> None:
     assert body(make("")()) == b""
 
 
+@pytest.mark.slow
 @settings(max_examples=150)
 @given(messages(All))
 def test_values_round_trip_in_every_kind_of_buffer(message: Any) -> None:
@@ -114,6 +115,7 @@ def test_values_round_trip_in_every_kind_of_buffer(message: Any) -> None:
     assert body(decoded) == data
 
 
+@pytest.mark.slow
 @settings(max_examples=60)
 @given(messages(All), st.data())
 def test_cut_anywhere_is_an_error_and_bytes_behind_are_ignored(message: Any, data: st.DataObject) -> None:
@@ -149,6 +151,7 @@ STRINGS: Any = make("string[] a\nuint16[] b")
 NESTED: Any = make(f"A[] a\nstring s\n{SEPARATOR}\nMSG: p/A\nB[] b\nuint8 c\n{SEPARATOR}\nMSG: p/B\nstring s\nbool[] f")
 
 
+@pytest.mark.slow
 @settings(max_examples=100)
 @given(messages(All), st.data())
 def test_one_byte_changed_gives_a_value_or_the_documented_error(message: Any, data: st.DataObject) -> None:

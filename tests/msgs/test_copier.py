@@ -35,6 +35,7 @@ def through_wire(message: Any) -> Any:
     return codec.decode(type(message), body, 0, len(body))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("cls", [EVERY, *map(load_message, NAMES)], ids=lambda cls: cls._type)
 @given(data=st.data())
 @settings(max_examples=25)

@@ -117,6 +117,7 @@ def test_files_hold_fields_and_constants_only_and_all_they_use_is_there(path: Pa
         LIBRARY.digests.dependencies(part)
 
 
+@pytest.mark.slow
 def test_all_messages_encode_and_decode_their_defaults() -> None:
     classes: dict[str, type] = {}
 

@@ -53,6 +53,7 @@ def deep_and_wide() -> str:
     return "L0[] x\n" + "".join(levels) + f"{SEPARATOR}\nMSG: p/L40\nint8 x"
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not Path("/proc/self/statm").exists(), reason="needs the address space that the process has")
 @pytest.mark.parametrize(("maker", "megabytes"), [(large_type_in_many, 64), (many_fields, 48), (deep_and_wide, 32)])
 def test_a_definition_takes_memory_in_proportion(maker: object, megabytes: int) -> None:

@@ -19,6 +19,7 @@ BEGIN = COUNT * (sys.version_info.minor % 4)
 """Each Python takes other ones: four of them see 2,000, as many as the comparison with genpy in interop."""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("first", range(BEGIN, BEGIN + COUNT, EACH))
 def test_random_definitions(first: int) -> None:
     assert faults(range(first, first + EACH)) == []

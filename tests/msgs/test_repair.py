@@ -40,6 +40,7 @@ def replaced(body: bytes) -> str:
 TEXTS = st.binary(max_size=6)
 
 
+@pytest.mark.slow
 @given(TEXTS, TEXTS, st.lists(TEXTS, max_size=3), TEXTS, st.booleans())
 def test_texts_become_utf8(first: bytes, second: bytes, names: list[bytes], last: bytes, views: bool) -> None:
     body = b"\7" + block(first) + block(second) + struct.pack("<I", len(names)) + b"".join(map(inner, names))

@@ -158,6 +158,7 @@ def test_strings_are_those_of_pyyaml(text: str) -> None:
     assert "- " + "".join(item_pieces(text)) + "\n" == yaml.safe_dump([text])
 
 
+@pytest.mark.slow
 @given(messages(cls))
 def test_any_message_can_be_printed(message: Any) -> None:
     for options in ({}, {"no_string": True}, {"no_array": True}, {"width": 8}):

@@ -49,6 +49,7 @@ def test_what_no_test_needs_to_notice_is_left_alone(source: str) -> None:
     assert not after(source)
 
 
+@pytest.mark.slow
 def test_every_mutant_is_another_module() -> None:
     for path in (SOURCES / "wire" / "framing.py", SOURCES / "node" / "clock.py"):
         source = path.read_bytes()
@@ -79,6 +80,7 @@ def test_the_list_of_equivalent_mutants_is_read() -> None:
     }
 
 
+@pytest.mark.slow
 def test_each_equivalent_mutant_exists_and_has_a_reason() -> None:
     named = names_in((Path(__file__).parent / "equivalent.txt").read_text())
     existing = set()

@@ -214,6 +214,7 @@ node cleanup | master --help | node kill /other
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", METHODS)
 def test_every_command_without(
     lesser: Any, make_node: Any, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str], method: str

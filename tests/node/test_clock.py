@@ -330,6 +330,7 @@ def test_a_node_that_spins_has_time_without_spinning(make_node: Any, until: Any)
     until(lambda: node.now() == Time(7))
 
 
+@pytest.mark.slow
 def test_a_node_forgets_timers_that_have_ended(make_node: Any) -> None:
     node = make_node("node")
     timers = []

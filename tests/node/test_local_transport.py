@@ -105,6 +105,7 @@ def test_undecoded_messages(linked: Any) -> None:
     assert bytes(got.wait()[0]._buff) == encode(message)
 
 
+@pytest.mark.slow
 @settings(max_examples=15, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(
     sizes=st.lists(st.sampled_from([0, 1, 1000, 65_000, 65_536, 70_000, 131_072, 500_000]), max_size=40),
@@ -119,6 +120,7 @@ def test_small_and_large_ones_come_in_order(linked: Any, sizes: list[int], queue
     assert received == [(number, size, {number} if size else set()) for number, size in enumerate(sizes)]
 
 
+@pytest.mark.slow
 def test_messages_that_are_kept_stay_as_they_are(linked: Any) -> None:
     publisher, subscriber, got = linked(queue_size=0, arrays="memoryview")
     for number in range(100):  # more than there are blocks
@@ -206,6 +208,7 @@ def test_several_subscribers_share_what_is_written(make_node: Any, collect: Any,
         assert [(message.height, message.data[0]) for message in got.wait(40)] == [(n, n) for n in range(40)]
 
 
+@pytest.mark.slow
 def test_subscribers_that_come_and_go(make_node: Any, collect: Any, transport: str) -> None:
     publisher = make_node("talker").advertise("/t", Image, queue_size=5)
     ended = threading.Event()
@@ -306,6 +309,7 @@ def test_programs_that_are_started_inherit_no_socket(linked: Any) -> None:
     assert inherited == []
 
 
+@pytest.mark.slow
 def test_a_publisher_keeps_no_memory_for_nobody(linked: Any, until: Any) -> None:
     """After its last subscriber has left, which has read what is in several blocks, and given some back."""
     before = blocks()
@@ -372,6 +376,7 @@ def test_a_late_subscriber_gets_a_latched_one_that_nobody_waits_for(linked: Any,
     assert late.wait(1)[0].data == bytes([5]) * 5_000_000
 
 
+@pytest.mark.slow
 def test_a_forked_process_gives_nothing_back(linked: Any) -> None:
     """What its parent keeps stays as it is when the child ends its own copy."""
     publisher, _, got = linked(queue_size=0, arrays="memoryview")
@@ -437,6 +442,7 @@ def blocks() -> set[int]:
     return found
 
 
+@pytest.mark.slow
 def test_nothing_is_left_open(linked: Any, until: Any) -> None:
     before = blocks()  # of messages that failed tests have kept
     publisher, subscriber, got = linked(queue_size=0, arrays="memoryview")
@@ -450,6 +456,7 @@ def test_nothing_is_left_open(linked: Any, until: Any) -> None:
     until(lambda: gc.collect() + 1 and not blocks() - before)
 
 
+@pytest.mark.slow
 def test_a_publisher_that_ends_frees_its_memory_without_its_loop(
     make_node: Any, collect: Any, transport: str, until: Any
 ) -> None:
@@ -512,6 +519,7 @@ def killed(environ: dict[str, str], role: str) -> subprocess.Popen[str]:
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("role", ["talker", "listener"])
 def test_killed(make_node: Any, environ: dict[str, str], transport: str, role: str, collect: Any, until: Any) -> None:
     """Whoever is killed leaves nothing behind, and the others go on."""

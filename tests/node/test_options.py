@@ -87,6 +87,7 @@ def test_the_masters_whole_answer(make_node: Any) -> None:
     assert node.master.call_unchecked("lookupNode", "/a")[::2] == [1, node.uri]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("wrong", [{"log_level": "loud"}, {"master_uri": "nonsense"}, {"callbacks": "twist"}])
 def test_a_node_that_is_refused_leaves_nothing_open(environ: dict[str, str], wrong: dict[str, Any]) -> None:
     with warnings.catch_warnings(record=True) as left:

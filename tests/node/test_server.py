@@ -215,6 +215,7 @@ def test_names_from_peers_cannot_break_the_log(node: Any, raw_peer: Any, watch_l
     log.saw("refused", "%s%d")
 
 
+@pytest.mark.slow
 def test_a_long_definition_is_answered_whole(make_node: Any, raw_peer: Any) -> None:
     from pyros1.msgs import from_definition
 

@@ -45,6 +45,7 @@ def run(environ: dict[str, str]) -> Callable[..., None]:
     return run
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("latch", ["", "latch"])
 @pytest.mark.parametrize("queue_size", [None, 0, 10])
 @pytest.mark.parametrize("transport", ["local", "tcp"])
@@ -54,11 +55,13 @@ def test_publishing_on_top_of_publishing(
     run("publishing", transport, queue_size, latch)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("main", MAINS)
 def test_everything_that_is_promised_on_top_of_everything(run: Callable[..., None], main: str) -> None:
     run(f"everything:{main}", "tcp" if main == "rate" else "local")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("main", ["publish", "rate", "spin", "params"])
 def test_the_last_message_and_the_end_of_the_node(run: Callable[..., None], main: str) -> None:
     run(f"ending:{main}", "tcp" if main == "publish" else "local")
@@ -70,6 +73,7 @@ def test_a_handler_that_raises_tears_no_frame(run: Callable[..., None], transpor
     run("raising", transport, queue_size)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "words",
     [("publishing", "tcp", None, ""), ("everything:service", "tcp"), ("ending:publish", "tcp")],

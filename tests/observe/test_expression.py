@@ -293,6 +293,7 @@ def test_what_people_write(text: str, value: object) -> None:
     assert eval(text, {"math": math, "sqrt": math.sqrt, "pi": math.pi, **names}) == value  # noqa: S307 - those above
 
 
+@pytest.mark.slow
 def test_a_large_message_can_be_looked_through() -> None:
     names = {"m": UInt8MultiArray(data=bytes(3_000_000))}
     assert Expression("max(m.data) == 0 and sum(m.data) == 0 and len(m.data) > 5 and 1 not in m.data")(names)

@@ -74,6 +74,7 @@ def test_the_readme_shows_the_script() -> None:
     assert (SCRIPTS / "halting_simulator").read_text("utf-8").endswith('"""\n\n' + program())
 
 
+@pytest.mark.slow
 def test_the_simulator_halts_when_its_controller_dies_hangs_or_ends(run: Any, make_node: Any) -> None:
     node = make_node("operator")
     velocities: queue.Queue[float] = queue.Queue()
@@ -100,6 +101,7 @@ def test_the_simulator_halts_when_its_controller_dies_hangs_or_ends(run: Any, ma
             until(velocities, lambda velocity: velocity < 0.01)
 
 
+@pytest.mark.slow
 def test_a_launch_stops_what_a_dead_controller_left(run: Any, make_node: Any, tmp_path: Path) -> None:
     (tmp_path / "stop.launch").write_text(
         '<launch><remap from="force_cmd" to="/force"/>'

@@ -118,6 +118,7 @@ def test_simulator_integrates_the_force(run: Any, make_node: Any) -> None:
     assert steps[first:] == pytest.approx([2.0 * 0.01] * len(steps[first:])), "v += F / m * dt, each step"
 
 
+@pytest.mark.slow
 def test_controller_converges_with_a_time_constant_of_one_second(run: Any, make_node: Any) -> None:
     """The response to a step is 1 - exp(-t / T) with T = m / Kv = 1 s, t in steps of the simulation (0.01 s each).
 

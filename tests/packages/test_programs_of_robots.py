@@ -12,6 +12,8 @@ from pathlib import Path
 from typing import Any
 from xml.sax.saxutils import quoteattr
 
+import pytest
+
 import pyros1
 from pyros1.finding.packages import OWN_PACKAGES
 from pyros1.graph import Graph
@@ -65,6 +67,7 @@ web_video_server web_video_server | port: 0 | ~get_loggers
 """Package, program and arguments | private parameters | a topic or service that the node registers."""
 
 
+@pytest.mark.slow
 def test_every_program_is_a_node_of_a_launch_file(
     environ: dict[str, str], make_node: Callable[..., Any], tmp_path: Path
 ) -> None:

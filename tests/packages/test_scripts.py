@@ -58,6 +58,7 @@ def test_a_link_under_another_name_will_do(tmp_path: Path) -> None:
     assert "relay IN_TOPIC" in done.stdout
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "script",
     sorted(

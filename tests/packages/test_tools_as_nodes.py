@@ -10,6 +10,8 @@ from pathlib import Path
 from queue import Queue
 from typing import Any
 
+import pytest
+
 import pyros1
 from pyros1.finding.packages import OWN_PACKAGES
 from pyros1.graph import Graph
@@ -30,6 +32,7 @@ LAUNCH_FILE = """
 """
 
 
+@pytest.mark.slow
 def test_tools_are_nodes_of_a_launch(environ: dict[str, str], make_node: Callable[..., Any], tmp_path: Path) -> None:
     """Feature: rostopic, rosservice and rosparam as nodes of launch files, with their names and remappings"""
     values: Queue[Any] = Queue()

@@ -11,6 +11,8 @@ from pathlib import Path
 from queue import Queue
 from typing import Any
 
+import pytest
+
 import pyros1
 from pyros1.finding.packages import OWN_PACKAGES
 from pyros1.msgs.geometry_msgs.msg import Twist
@@ -60,6 +62,7 @@ def launched(environ: dict[str, str], *words: str) -> Iterator[None]:
         process.wait(PATIENCE)
 
 
+@pytest.mark.slow
 def test_display_launch_runs_without_ros(environ: dict[str, str], make_node: Callable[..., Any]) -> None:
     """Feature: the robot of the package two_wheeler, launched without ROS"""
     came: Queue[Any] = Queue()
@@ -72,6 +75,7 @@ def test_display_launch_runs_without_ros(environ: dict[str, str], make_node: Cal
             seen |= {each.child_frame_id for each in came.get(timeout=PATIENCE).transforms}
 
 
+@pytest.mark.slow
 def test_world_launch_has_a_robot_that_drives_in_its_map(
     environ: dict[str, str], make_node: Callable[..., Any]
 ) -> None:

@@ -82,6 +82,7 @@ def test_messages() -> None:
         encode({"i": 2**40})
 
 
+@pytest.mark.slow
 def test_strange_trees_of_groups_end() -> None:
     circle = [GroupState("a", True, 1, 2), GroupState("b", True, 2, 1)]
     assert build_tree(circle) is None

@@ -8,6 +8,7 @@ from functools import partial
 from typing import Any
 
 import numpy as np
+import pytest
 
 from pyros1.msgs.geometry_msgs.msg import Twist
 from pyros1.msgs.nav_msgs.msg import Odometry
@@ -60,6 +61,7 @@ class Watched:
             assert self._changed.wait_for(lambda: len(self.latest) == 3 and condition(self.latest), PATIENCE)
 
 
+@pytest.mark.slow
 def test_a_joystick_drives_a_robot_and_stops_it_when_it_is_unplugged(
     make_node: Callable[..., Node], joystick: Any
 ) -> None:

@@ -305,6 +305,7 @@ def render(draw: st.DataObject, field: Field) -> str:
     return f"{before}{base}{bound}{brackets}{choose(' ', '   ', chr(9))}{field.name}{default}\n"
 
 
+@pytest.mark.slow
 @settings(max_examples=30, deadline=None)
 @given(message_types, message_types, st.data())
 def test_random_definitions(root: MessageType, other: MessageType, draw: st.DataObject) -> None:

@@ -172,6 +172,7 @@ def test_types_that_contain_themselves() -> None:
         type_hash("p/msg/A", types)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("depth", "is_legal"), [(64, True), (65, False), (20_000, False)])
 def test_depth(depth: int, is_legal: bool) -> None:
     leaf = Field("leaf", FieldType("p/msg/Leaf"))

@@ -44,6 +44,7 @@ SLOW = 5
 """The share of scenes that take long."""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("scene", SHARES, ids=lambda scene: scene.__name__)
 def test_every_schedule_keeps_the_promises(scene: type[Scenario]) -> None:
     at_random(scene(), max(1, round(RANDOM * SHARES[scene])))

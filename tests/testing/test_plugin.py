@@ -103,6 +103,7 @@ def test_a_program_of_a_package_runs_as_long_as_the_test(ros_run: Callable[..., 
     assert not program.running
 
 
+@pytest.mark.slow
 def test_a_launch_file(ros_launch: Callable[..., Program], ros_listen: Listen, tmp_path: Path) -> None:
     file = tmp_path / "a.launch"
     file.write_text('<launch><node pkg="minimal_nodes" type="minimal_publisher" name="source"/></launch>')
@@ -142,6 +143,7 @@ def test_a_program_that_does_not_end_is_ended_with_its_children(monkeypatch: pyt
         program.wait_for("never", 60)
 
 
+@pytest.mark.slow
 def test_the_tests_of_the_page_and_how_one_that_fails_is_shown(pytester: pytest.Pytester) -> None:
     (program,) = pages()["tests"].code("python")
     fails = "def test_it(ros_listen): ros_listen('/nobody', 'std_msgs/String').next(timeout=0.01)"
@@ -157,6 +159,7 @@ def test_pytest_loads_the_entry_point_without_importing_pyros1() -> None:
     subprocess.run([sys.executable, "-c", code], env=around, check=True, timeout=60)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("rospy", ["", "pyros1"])
 def test_projects_that_make_warnings_errors_are_tested_with_our_modules_on_the_path(tmp_path: Path, rospy: str) -> None:
     """The finder imports pyros1 before pytest looks for asserts to rewrite in all packages that have plugins."""

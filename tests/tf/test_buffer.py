@@ -269,6 +269,7 @@ def test_timeouts_count_in_the_time_that_was_given(buffer: Buffer, changed: Coun
     assert results == [False]
 
 
+@pytest.mark.slow
 def test_many_threads(buffer: Buffer) -> None:
     """Readers and writers at once: every answer belongs to one of the transforms sent."""
     stop = threading.Event()

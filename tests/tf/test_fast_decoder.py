@@ -80,6 +80,7 @@ def test_random_messages() -> None:
         assert made.rows == rows(decode(MESSAGE, body))
 
 
+@pytest.mark.slow
 def test_bodies_that_are_cut_longer_or_changed() -> None:
     """They are for the usual decoder, also if what follows in the buffer could be read on as a transform; longer ones
     only if that is to raise an error."""
@@ -114,6 +115,7 @@ def test_names_that_are_no_text_are_for_the_usual_decoder() -> None:
     assert DECODE(body, 0, len(body))[0] == USUAL
 
 
+@pytest.mark.slow
 @pytest.mark.once
 def test_the_memory_for_names_is_bounded() -> None:
     take = make_decoder(lambda *_: None)

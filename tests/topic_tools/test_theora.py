@@ -98,6 +98,7 @@ def test_repeated_headers_do_not_interrupt_the_video() -> None:
     assert image is not None and np.abs(pixels(image) - expected()[1]).mean() < 3.0
 
 
+@pytest.mark.slow
 def test_damaged_packets() -> None:
     headers, frames = packets()
     choose = random.Random(5)

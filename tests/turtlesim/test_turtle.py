@@ -42,6 +42,7 @@ def test_a_circle_in_closed_form(speed: float, turning: float) -> None:
     assert abs(complex(turtle.x, turtle.y) - centre) == pytest.approx(radius, abs=1e-7)
 
 
+@pytest.mark.slow
 def test_random_commands() -> None:
     chance = random.Random(7)
     turtle = Turtle()

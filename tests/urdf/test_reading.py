@@ -79,6 +79,7 @@ def test_names_cannot_reach_a_terminal() -> None:
     assert "\x9b" not in str(found.value)
 
 
+@pytest.mark.slow
 def test_many_joints_are_read_in_time() -> None:
     count = 20_000
     links = "".join(f'<link name="l{index}"/>' for index in range(count + 1))

@@ -48,6 +48,7 @@ BAD = ["[1,2", "a: b: c", "!foo x", "=", "deg(a)", "rad(2pi)", "rad(__i)", "rad(
        "!!python/object:os.system {}", "{[1]: 2}", "!!str [1]", "\x07", "2001-13-01", "!!bool maybe", "*nope", "!!binary '*a'", "[" * 5000]  # fmt: skip
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("text", BAD)
 def test_bad_texts_are_refused(text: str) -> None:
     with pytest.raises(YamlError):
@@ -66,6 +67,7 @@ def test_a_list_is_no_number(text: str) -> None:
         load_yaml(text)
 
 
+@pytest.mark.slow
 def test_nesting_has_a_limit_also_through_aliases() -> None:
     with pytest.raises(YamlError, match="nested too deeply"):
         load_yaml("[" * 5000 + "]" * 5000)
@@ -127,6 +129,7 @@ values = st.recursive(
 )
 
 
+@pytest.mark.slow
 @given(values)
 def test_what_is_written_is_read_back(value: Any) -> None:
     assert load_yaml(dump_yaml(value)) == value

@@ -15,6 +15,7 @@ ROOM = Path(pyros1.__file__).parent
 TESTS = sorted(Path(__file__).with_name("page").glob("*.test.mjs"))
 
 
+@pytest.mark.slow
 @pytest.mark.once
 @pytest.mark.skipif(shutil.which("node") is None, reason="needs Node.js")
 @pytest.mark.parametrize("file", TESTS, ids=lambda file: file.name.partition(".")[0])

@@ -15,12 +15,14 @@ keys = st.text(st.characters(codec="utf-8", exclude_characters="="), min_size=1)
 headers = st.dictionaries(keys, st.text(st.characters(codec="utf-8")), max_size=8)
 
 
+@pytest.mark.slow
 @given(headers)
 def test_round_trip(fields: dict[str, str]) -> None:
     data = encode_header(fields)
     assert decode_header(data[4:]) == fields
 
 
+@pytest.mark.slow
 @given(headers, st.binary(max_size=10), st.integers(1, 7))
 def test_reader_takes_any_pieces(fields: dict[str, str], rest: bytes, step: int) -> None:
     reader = HeaderReader()

@@ -46,6 +46,7 @@ def cut(data: bytes, places: list[int]) -> list[bytes]:
     return [data[a:b] for a, b in pairwise(edges)]
 
 
+@pytest.mark.slow
 @given(st.lists(st.binary(max_size=200), min_size=1, max_size=3), st.lists(st.integers(0, 10_000), max_size=8))
 def test_requests_come_out_whole_however_they_are_cut(bodies: list[bytes], places: list[int]) -> None:
     data = b"".join(build_request("h:1", "/", body) for body in bodies) + CHUNKED
@@ -194,6 +195,7 @@ HEADS = [
 ]
 
 
+@pytest.mark.slow
 @given(
     st.lists(st.lists(st.sampled_from(HEADS), max_size=3), min_size=1, max_size=2),
     st.lists(st.tuples(st.integers(0, 1), st.integers(0, 12)), max_size=6),

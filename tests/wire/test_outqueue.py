@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -21,6 +22,7 @@ steps = st.lists(
 )
 
 
+@pytest.mark.slow
 @given(steps, st.one_of(st.none(), st.integers(0, 4)))
 def test_any_interleaving_sends_whole_frames_in_order(actions: list, limit: int | None) -> None:
     queue = OutQueue(limit)

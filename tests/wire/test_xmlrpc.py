@@ -39,6 +39,7 @@ def through_parser(body: bytes) -> list[Any]:
     return reader.stack
 
 
+@pytest.mark.slow
 @given(st.lists(values, max_size=4))
 def test_m49_calls_round_trip(params: list[Any]) -> None:
     body = xmlrpc.dumps_call("setParam", params)
@@ -46,6 +47,7 @@ def test_m49_calls_round_trip(params: list[Any]) -> None:
     assert through_parser(body) == params
 
 
+@pytest.mark.slow
 @given(values)
 def test_m49_responses_round_trip(value: Any) -> None:
     body = xmlrpc.dumps_response(value)
@@ -53,6 +55,7 @@ def test_m49_responses_round_trip(value: Any) -> None:
     assert through_parser(body) == [value]
 
 
+@pytest.mark.slow
 @given(st.lists(values, max_size=4))
 def test_the_standard_library_reads_what_we_write_and_we_what_it_writes(params: list[Any]) -> None:
     read, method = client.loads(xmlrpc.dumps_call("m", params), use_builtin_types=True)
@@ -65,6 +68,13 @@ def by_client(params: list[Any]) -> bytes:
     return client.dumps(tuple(params), "m").encode()
 
 
+def test_the_short_cut_reads_nested_values() -> None:
+    params = ["/node", [1, ["a", {"b": [2.5, {}], "c": []}], True], {"x": {"y": {"z": [[], [3]]}}}]
+    for body in (by_client(params), xmlrpc.dumps_call("m", params)):
+        assert scan_call(body, *LIMITS) == ("m", params)
+
+
+@pytest.mark.slow
 @given(st.lists(values, max_size=4), st.data())
 def test_the_short_cut_reads_as_the_parser_or_gives_up(params: list[Any], data: st.DataObject) -> None:
     body = bytearray(by_client(params) if data.draw(st.booleans()) else xmlrpc.dumps_call("m", params))
@@ -91,6 +101,7 @@ def test_garbage_is_a_protocol_error(body: bytes) -> None:
             load(body)
 
 
+@pytest.mark.slow
 @given(values, st.data())
 def test_cut_and_damaged_bodies_give_a_value_or_a_protocol_error(value: Any, data: st.DataObject) -> None:
     body = xmlrpc.dumps_response(value)

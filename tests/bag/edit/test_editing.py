@@ -137,6 +137,7 @@ def test_filter_refuses(run: Run, make_bag: Make, tmp_path: Path, words: list[st
     assert [path.name for path in tmp_path.iterdir()] == ["x.bag"]
 
 
+@pytest.mark.slow
 def test_filter_names_the_message_and_what_is_wrong(run: Run, make_bag: Make) -> None:
     make_bag("x.bag")
     _, _, err = run("filter", "x.bag", "y.bag", "x > 1")

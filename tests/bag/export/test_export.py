@@ -317,6 +317,7 @@ def test_an_extra_that_is_missing_is_named(
 # MCAP and ROS 2 ---------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("output", "more"),
     [("out.mcap", []), ("out", ["--format", "ros2"]), ("out", ["--format", "ros2", "--storage", "mcap"])],

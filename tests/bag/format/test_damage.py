@@ -73,6 +73,7 @@ def test_an_open_bag_is_read_and_reindexed_l143(make_bag: Make, tmp_path: Path, 
         assert bag.connections[0].text("tcp_nodelay") == "0"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("compression", ["none", "bz2", "lz4"])
 def test_cut_anywhere_every_whole_chunk_comes_back(make_bag: Make, tmp_path: Path, compression: str) -> None:
     path = make_bag(compression=compression)
@@ -194,6 +195,7 @@ def test_lengths_of_damaged_records_cost_no_memory(make_bag: Make, tmp_path: Pat
     assert reindex(path, tmp_path / "new.bag").messages == 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("what", ["content", "stored", "index", "open chunk", "connection"])
 def test_a_length_that_lies_reads_little_of_a_large_file(
     make_bag: Make, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, what: str
@@ -355,6 +357,7 @@ for path in sys.argv[1:]:
 """
 
 
+@pytest.mark.slow
 def test_play_names_a_damaged_bag_and_ends(tmp_path: Path, environ: dict[str, str]) -> None:
     bags = damaged_bags(tmp_path)
     bags["times"] = swap_times(write_bag(tmp_path / "times.bag"))

@@ -153,6 +153,7 @@ def test_compressed_data_that_hold_less_or_more_than_they_claim(compression: str
     assert decompress(compression, stored, 1 << 20, 10, partial=True) == noise[:10]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("compression", ["bz2", "lz4"])
 def test_of_damaged_data_the_part_before_the_damage_is_kept(compression: str) -> None:
     content = random.Random(1).randbytes(1_200_000 if compression == "lz4" else 950_000)  # a block, and another one

@@ -66,6 +66,7 @@ def test_a_topic_without_definition_has_that_of_its_type(tmp_path: Path) -> None
     assert values(path) == [0, 1]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("indexed", [True, False])
 def test_cut_anywhere_every_whole_message_comes_back(tmp_path: Path, indexed: bool) -> None:
     messages = old_messages()

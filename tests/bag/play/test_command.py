@@ -59,6 +59,7 @@ class Heard:
             return list(self.data)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("words", "code", "text"),
     [
@@ -82,6 +83,7 @@ def test_wrong_arguments(start: Any, bag: Path, words: list[str], code: int, tex
     assert child.returncode == code and text in err, err
 
 
+@pytest.mark.slow
 def test_waits_for_subscribers_and_remaps(start: Any, make_node: Any, bag: Path) -> None:
     child = start("bag", "play", "--wait-for-subscribers", "-d", "0", "--topics", "/t", "--bags", "x.bag", "/t:=/u")
     while "Waiting for subscribers" not in (line := child.stdout.readline()):
@@ -92,6 +94,7 @@ def test_waits_for_subscribers_and_remaps(start: Any, make_node: Any, bag: Path)
     assert (child.returncode, err) == (0, "") and "Done." in out
 
 
+@pytest.mark.slow
 def test_stays_for_latched_topics_until_it_is_told_to_end(start: Any, make_node: Any, bag: Path) -> None:
     child = start("bag", "play", "-k", "-i", "-d", "0", "x.bag")
     while "still running" not in (line := child.stdout.readline()):
@@ -102,11 +105,13 @@ def test_stays_for_latched_topics_until_it_is_told_to_end(start: Any, make_node:
     assert (child.returncode, err) == (0, "")
 
 
+@pytest.mark.slow
 def test_quiet_says_nothing(start: Any, bag: Path, master: Any) -> None:
     child = start("bag", "play", "-q", "-i", "-d", "0", "x.bag")
     assert child.communicate(timeout=DEADLINE) == ("", "") and child.returncode == 0
 
 
+@pytest.mark.slow
 def test_nobody_reads_what_it_says_about_an_empty_bag(start: Any, tmp_path: Path, master: Any) -> None:
     BagWriter(tmp_path / "empty.bag").close()
     child = start("bag", "play", "-d", "0.1", "empty.bag")
@@ -116,6 +121,7 @@ def test_nobody_reads_what_it_says_about_an_empty_bag(start: Any, tmp_path: Path
     child.stdout = None  # for whoever ends what is left
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="no terminals of that kind")
 def test_keys_step_and_resume(start: Any, make_node: Any, bag: Path) -> None:
     """B35"""
@@ -189,6 +195,7 @@ def test_the_terminal_is_as_it_was(monkeypatch: pytest.MonkeyPatch) -> None:
         os.close(theirs)
 
 
+@pytest.mark.slow
 def test_the_service_pauses(start: Any, make_node: Any, bag: Path) -> None:
     """B29"""
     from pyros1.msgs.std_srvs.srv import SetBool
@@ -207,6 +214,7 @@ def test_the_service_pauses(start: Any, make_node: Any, bag: Path) -> None:
     assert child.communicate(timeout=DEADLINE)[1] == ""
 
 
+@pytest.mark.slow
 def test_a_recording_that_is_broken_in_the_middle_ends_with_the_reason(start: Any, bag: Path, master: Any) -> None:
     data = bytearray(bag.read_bytes())
     at = data.index(b"compression=none")
@@ -217,6 +225,7 @@ def test_a_recording_that_is_broken_in_the_middle_ends_with_the_reason(start: An
     assert child.returncode == 1 and "nono" in err and "reindex" in err
 
 
+@pytest.mark.slow
 def test_ends_at_once_in_the_middle_of_a_gap(start: Any, make_node: Any, tmp_path: Path) -> None:
     with BagWriter(tmp_path / "gap.bag") as writer:
         conn = writer.add_connection("/t", fields(Float64))

@@ -247,6 +247,7 @@ def test_a_split_that_cannot_be_opened_ends_the_recording_and_all_is_counted(
         assert topic.written == bag.count() > 0 and topic.dropped > 0
 
 
+@pytest.mark.slow
 def test_limit_per_topic(start: Any, make_node: Any, tmp_path: Path) -> None:
     talker = make_node("talker")
     publishers = [talker.advertise(name, Float64) for name in ("a", "b")]
@@ -262,6 +263,7 @@ def test_limit_per_topic(start: Any, make_node: Any, tmp_path: Path) -> None:
     assert numbers(tmp_path / "limited.bag", "/a") == numbers(tmp_path / "limited.bag", "/b") == [0.0, 1.0, 2.0]
 
 
+@pytest.mark.slow
 def test_all_topics_as_they_come_up_but_those_excluded(start: Any, make_node: Any, tmp_path: Path) -> None:
     talker = make_node("talker", rosout=False)
     talker.advertise("first", Float64, latch=True).publish(1.0)
@@ -284,6 +286,7 @@ def test_all_topics_as_they_come_up_but_those_excluded(start: Any, make_node: An
     assert {"/first", "/later"} <= topics and not topics & {"/secret/x", "/rosout"}
 
 
+@pytest.mark.slow
 def test_topics_of_a_node_and_by_expression(start: Any, make_node: Any, tmp_path: Path) -> None:
     talker = make_node("talker")
     for name in ("wanted", "other", "cam1", "cam12"):
@@ -305,6 +308,7 @@ def test_topics_of_a_node_and_by_expression(start: Any, make_node: Any, tmp_path
     assert topics_of(tmp_path / "by_expression.bag") == {"/cam1"}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("words", "code", "text"),
     [
@@ -328,6 +332,7 @@ def test_wrong_arguments(start: Any, words: list[str], code: int, text: str) -> 
     assert child.returncode == code and text in err
 
 
+@pytest.mark.slow
 def test_a_full_disk_closes_the_file_properly(start: Any, make_node: Any, tmp_path: Path) -> None:
     """Feature: a full disk -- the bag is closed properly, and lost messages are counted"""
     publisher = make_node("talker").advertise("t", Float64, queue_size=0)
@@ -352,6 +357,7 @@ def test_a_full_disk_closes_the_file_properly(start: Any, make_node: Any, tmp_pa
     assert counted is not None and int(counted[1]) == len(recorded) and int(counted[2]) > 0
 
 
+@pytest.mark.slow
 def test_kill_loses_at_most_what_was_not_flushed(start: Any, make_node: Any, tmp_path: Path) -> None:
     """At random moments: all messages sent a while before the end are there, whole and in order, none twice.
 
@@ -386,6 +392,7 @@ def test_kill_loses_at_most_what_was_not_flushed(start: Any, make_node: Any, tmp
     until(lambda: not publisher.num_connections, "the end of the links")
 
 
+@pytest.mark.slow
 def test_sim_time_is_recorded(start: Any, make_node: Any, tmp_path: Path) -> None:
     from pyros1.ground.timing import Time
     from pyros1.msgs.rosgraph_msgs.msg import Clock

@@ -95,6 +95,7 @@ def test_a_snapshot_is_a_bag_by_time(tmp_path: Path, make_node: Any) -> None:
         assert bag.count(bag.connection_ids(["/a"])) <= 2 and bag.count(bag.connection_ids(["/map"])) == 1
 
 
+@pytest.mark.slow
 def test_services_trigger_and_pause(start: Any, make_node: Any, tmp_path: Path) -> None:
     node = make_node("talker")
     publisher = node.advertise("t", Float64, queue_size=0)

@@ -40,6 +40,7 @@ def string_fields(cls: Any) -> set[str]:
     return found.union(*map(string_fields, nested_classes(cls).values()))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("first", range(0, 400, 100))
 def test_random_types(first: int) -> None:
     changed = 0
@@ -84,6 +85,7 @@ def test_lengths_that_are_lies() -> None:
         fixed.change(b"\xff\xff\xff\xff" + bytes(100))
 
 
+@pytest.mark.slow
 def test_a_message_with_many_strings_is_refused() -> None:
     changer = StringChanger(from_definition("a/B", "string[] words\nstring name\n"), {"name": longer})
 

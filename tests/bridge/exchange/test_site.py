@@ -481,6 +481,7 @@ def test_definitions_of_what_is_not_offered(liar: Liar) -> None:
     assert liar.send(Kind.ASK, packets.encode_ask([STRING._md5sum])) == []
 
 
+@pytest.mark.slow
 def test_a_flood_of_topics(liar: Liar) -> None:
     liar.meet()
     liar.offer(*(offered(SharedName("red", f"/t{number}")) for number in range(MAX_TOPICS + 10)))
@@ -507,6 +508,7 @@ def test_lists_that_change_in_floods(liar: Liar) -> None:
     assert [each.local for each in advertised] == ["/red/t299"], "the newest one counts"
 
 
+@pytest.mark.slow
 def test_topics_that_change_without_end_do_not_fill_the_memory(liar: Liar) -> None:
     liar.meet()
     for number in range(30):
@@ -707,6 +709,7 @@ def test_lists_of_many_sites_are_looked_at_together(looks: list[float], monkeypa
     assert {topic.topic.name for topic in site.received_topics()} == {f"/t{number}_10" for number in range(20)}
 
 
+@pytest.mark.slow
 def test_definitions_in_floods_are_looked_at_together(looks: list[float]) -> None:
     liar = Liar(Site(rules("take: ['red:**']"), OWN, 0.0))
     liar.meet()

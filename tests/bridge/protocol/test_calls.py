@@ -52,6 +52,7 @@ def test_heads_that_are_refused(changes: dict[str, Any]) -> None:
         decode_call_head(encode_call_head(HEAD._replace(**changes)))
 
 
+@pytest.mark.slow
 @given(st.binary(max_size=60))
 def test_random_heads(data: bytes) -> None:
     with pytest.raises(PacketError):

@@ -95,6 +95,7 @@ JSON = st.recursive(
 )
 
 
+@pytest.mark.slow
 @given(JSON, st.sampled_from([*DECODERS]))
 def test_other_json(value: Any, name: str) -> None:
     with suppress(PacketError):

@@ -5,6 +5,8 @@ Feature: a site that floods others delays nothing of third ones
 
 from __future__ import annotations
 
+import pytest
+
 from pyros1.bridge.names import SharedName
 from pyros1.bridge.protocol.key_expressions import Channel, Key
 from pyros1.bridge.protocol.packet_values import MAX_BODY
@@ -67,6 +69,7 @@ def test_packets_that_are_too_large_are_not_read() -> None:
     assert [len(body) for body in drain(inbox)] == [MAX_BODY, MAX_BODY + 1]
 
 
+@pytest.mark.slow
 def test_a_site_that_floods_waits_for_itself_only() -> None:
     inbox = inbox_of()
     for number in range(1000):

@@ -140,6 +140,7 @@ def test_a_maximum_number_of_packets() -> None:
     assert len(lanes) == 3
 
 
+@pytest.mark.slow
 def test_lanes_of_sites_that_are_gone_are_forgotten() -> None:
     lanes = Lanes(is_paced=True)
     for number in range(1_000):

@@ -283,6 +283,7 @@ link.close()
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kill", [True, False])
 def test_a_router_in_another_process_ends(make_station: Any, endpoint: str, kill: bool) -> None:
     """It ends in time although clients are connected; and they survive its being killed."""

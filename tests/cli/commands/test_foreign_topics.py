@@ -40,6 +40,7 @@ def test_echo_shows_what_other_client_libraries_send(run: Any, make_node: Callab
     assert "Traceback" not in err and err.count("a message on /cmd_vel cannot be shown") <= 1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("words", [["hz", "--filter", "m.data > 0"], ["delay"]], ids=str)
 def test_rates_say_what_cannot_be_decoded(
     environ: dict[str, str], make_node: Callable[..., Any], words: list[str]

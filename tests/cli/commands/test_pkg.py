@@ -38,6 +38,7 @@ def pkg(*words: str) -> int:
     return entry(["pyros1", "pkg", *words])
 
 
+@pytest.mark.slow
 def test_created_package_is_found_and_run_from_its_folder(clean: Path, capfd: pytest.CaptureFixture[str]) -> None:
     assert pkg("create", "my_robot", "std_msgs") == 0
     said = capfd.readouterr().out

@@ -65,12 +65,14 @@ print("runs on", rospy.__file__, rospy.get_name(), rospy.get_param("~text", "non
     return folder
 
 
+@pytest.mark.slow
 def test_a_node_that_imports_rospy_runs(package: Path, environ: dict[str, str]) -> None:
     found = {**environ, "ROS_PACKAGE_PATH": str(package.parent)}
     shown = pyros1("run", "old_robot", "node.py", "_text:=hello", environ=found)
     assert shown == f"runs on {MODULES_FOLDER}/rospy/__init__.py /node hello\n"
 
 
+@pytest.mark.slow
 def test_a_launched_node_that_imports_rospy_runs(package: Path, environ: dict[str, str]) -> None:
     file = package / "one.launch"
     file.write_text("""<launch>

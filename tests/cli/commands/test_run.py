@@ -124,6 +124,7 @@ def test_a_script_that_names_no_interpreter(package: Path, capsys: pytest.Captur
     assert run("--prefix", "sh", "some_pkg", "hello").stdout == "hello\n", "the prefix runs it"
 
 
+@pytest.mark.slow
 def test_run_and_launch_find_the_same(package: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     devel, site = tmp_path / "devel", tmp_path / "site-packages"
     for file, text in {

@@ -161,6 +161,7 @@ def run_shell(
     )  # fmt: skip
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("shell", SHELLS)
 def test_what_comes_goes_without_a_trace(place: Path, shell: str) -> None:
     command, script, template = SHELLS[shell]
@@ -188,6 +189,7 @@ def test_what_comes_goes_without_a_trace(place: Path, shell: str) -> None:
     assert before == after and len(before) > 10
 
 
+@pytest.mark.slow
 def test_plain_sh(place: Path) -> None:
     if shutil.which("dash") is None:
         pytest.skip("there is no dash here")
@@ -216,6 +218,7 @@ def test_a_shell_that_was_not_set_up_says_so(place: Path, shell: str) -> None:
     assert (done.returncode, done.stdout, done.stderr) == (0, "", "pyros1: this shell was not set up\n")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("shell", SET_UP)
 @pytest.mark.parametrize(("program", "number"), [("pyros1 core", "TERM"), ("pyros1 core", "INT"), ("roscore", "TERM")])
 def test_what_runs_in_the_background_is_the_program(

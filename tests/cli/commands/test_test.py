@@ -70,6 +70,7 @@ def results(folder: Path) -> list[str]:
     return sorted(str(path.relative_to(folder)) for path in folder.rglob("*.xml"))
 
 
+@pytest.mark.slow
 def test_each_test_has_a_master_of_its_own(ask: Ask, tmp_path: Path, environ: dict[str, str]) -> None:
     assert ask("tested", "all.test").code == 0
     assert (tmp_path / "home" / "uri").read_text().strip() != environ["ROS_MASTER_URI"]
@@ -85,6 +86,7 @@ def test_the_master_that_runs_can_be_used(ask: Ask, tmp_path: Path, client: Mast
     assert (client.get_param("/before"), client.get_param("/own")) == (1, 1)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("flag", ["-c", "--clear"])
 def test_its_parameters_can_be_deleted_first(ask: Ask, client: MasterClient, flag: str) -> None:
     client.set_param("/before", 1)
@@ -99,6 +101,7 @@ def test_its_parameters_can_be_deleted_first(ask: Ask, client: MasterClient, fla
     assert client.get_param("/before") == 1
 
 
+@pytest.mark.slow
 def test_results_go_where_they_are_wanted(ask: Ask, tmp_path: Path) -> None:
     place = tmp_path / "elsewhere"
     words = ["--results-base-dir", str(place), "--results-filename", "name.xml", "--package", "other"]
@@ -109,6 +112,7 @@ def test_results_go_where_they_are_wanted(ask: Ask, tmp_path: Path) -> None:
     assert "tested/rostest-tested_test_all.xml" in results(place)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("flag", ["-t", "--text"])
 def test_text_instead_of_results(ask: Ask, tmp_path: Path, flag: str) -> None:
     code, out, _ = ask(flag, "tested", "all.test")
@@ -117,6 +121,7 @@ def test_text_instead_of_results(ask: Ask, tmp_path: Path, flag: str) -> None:
     assert not any("rostest-" in name for name in results(tmp_path / "home"))
 
 
+@pytest.mark.slow
 def test_wrong_words(ask: Ask, tmp_path: Path) -> None:
     assert ask().code == 2
     code, _, err = ask("none.test")

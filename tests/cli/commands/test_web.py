@@ -74,6 +74,7 @@ def settings_in(link: str) -> object:
     return json.loads(base64.urlsafe_b64decode(text + "=" * (-len(text) % 4)))
 
 
+@pytest.mark.slow
 def test_it_prints_a_link_that_works_and_ends_with_a_signal(start: Start) -> None:
     process = start("--port", "0")
     link = link_in(first_line(process))
@@ -84,6 +85,7 @@ def test_it_prints_a_link_that_works_and_ends_with_a_signal(start: Start) -> Non
     assert process.wait(20) == 0
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform != "linux", reason="other systems always have a display")
 def test_without_a_display_no_browser_is_opened(start: Start, tmp_path: Path) -> None:
     """Python would take a browser for terminals, such as w3m."""
@@ -97,6 +99,7 @@ def test_without_a_display_no_browser_is_opened(start: Start, tmp_path: Path) ->
     assert not (tmp_path / "opened").exists()
 
 
+@pytest.mark.slow
 def test_a_panel_of_a_server_that_runs(start: Start, environ: dict[str, str]) -> None:
     server = start("--port", "0")
     link = link_in(first_line(server))
@@ -141,6 +144,7 @@ def test_a_panel_of_a_server_that_runs(start: Start, environ: dict[str, str]) ->
     assert not note.exists()
 
 
+@pytest.mark.slow
 def test_a_bag_of_any_folder_is_opened_by_a_server_that_runs(
     start: Start, environ: dict[str, str], tmp_path: Path
 ) -> None:
@@ -168,6 +172,7 @@ def test_a_bag_of_any_folder_is_opened_by_a_server_that_runs(
     assert f"(did you mean '{bag}'?)" in misspelt.communicate(timeout=30)[0] and misspelt.returncode == 1
 
 
+@pytest.mark.slow
 def test_a_note_of_a_server_that_is_gone_does_no_harm(start: Start, environ: dict[str, str]) -> None:
     server = start("--port", "0")
     first_line(server)
@@ -180,6 +185,7 @@ def test_a_note_of_a_server_that_is_gone_does_no_harm(start: Start, environ: dic
         assert answer.status == 200
 
 
+@pytest.mark.slow
 def test_a_file_of_rviz(start: Start, tmp_path: Path) -> None:
     file = tmp_path / "robot.rviz"
     displays = "[{Class: rviz/Path, Topic: plan, Color: 0; 0; 255}, {Class: my/Thing, Name: Thing}]"
@@ -207,6 +213,7 @@ def test_a_file_of_rviz(start: Start, tmp_path: Path) -> None:
         assert said in output and str(name) in output and output.count("\n") == 1
 
 
+@pytest.mark.slow
 def test_rviz_alone_shows_its_usual_file(start: Start, tmp_path: Path) -> None:
     file = tmp_path / ".rviz" / "default.rviz"
     file.parent.mkdir()
@@ -246,6 +253,7 @@ def test_wrong_words(start: Start, words: list[str], said: str) -> None:
     assert said in output
 
 
+@pytest.mark.slow
 def test_a_port_that_is_taken(start: Start) -> None:
     with socket.socket() as taken:
         taken.bind(("127.0.0.1", 0))
@@ -258,12 +266,14 @@ def test_a_port_that_is_taken(start: Start) -> None:
     assert "--port 0 selects a free port" in output
 
 
+@pytest.mark.slow
 def test_a_layout_by_its_name(start: Start) -> None:
     link = link_in(first_line(start("--port", "0")))
     assert link_in(first_line(start("--layout", "Mobile robot"))) == f"{link}#Mobile%20robot"
     assert link_in(first_line(start("rqt", "--layout", "Tutorial"))) == f"{link}#Tutorial"
 
 
+@pytest.mark.slow
 def test_other_machines_are_warned_of(start: Start) -> None:
     process = start("--port", "0", "--host", "0.0.0.0")
     assert process.stdout is not None
@@ -271,6 +281,7 @@ def test_other_machines_are_warned_of(start: Start) -> None:
     assert any("anyone with the link" in line for line in lines)
 
 
+@pytest.mark.slow
 def test_it_ends_while_the_master_is_away(start: Start, environ: dict[str, str]) -> None:
     master = Master(port=0, bind_host="127.0.0.1")
     master.start()
@@ -294,6 +305,7 @@ def test_it_ends_while_the_master_is_away(start: Start, environ: dict[str, str])
     assert process.wait(30) == 0
 
 
+@pytest.mark.slow
 def test_names_of_the_stock_programs(start: Start) -> None:
     names = stock_names()
     for name in ("rqt_plot", "rxplot", "rqt_console", "rxgraph", "rviz", "rqt"):
@@ -314,6 +326,7 @@ def test_names_of_the_stock_programs(start: Start) -> None:
     assert settings_in(link_in(first_line(other))) == {"panel": "plot", "settings": {"curves": ["/a/x"]}}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("words", "panel", "settings"),
     [
@@ -346,6 +359,7 @@ def test_programs_of_packages(
     assert settings_in(found) == {"panel": panel, "settings": settings}
 
 
+@pytest.mark.slow
 def test_a_node_of_a_launch_file_stays(start: Start, environ: dict[str, str], tmp_path: Path) -> None:
     """Two programs with windows in one file: one serves the page, both stay, with their names; no display is needed."""
     file = tmp_path / "show.launch"
@@ -386,6 +400,7 @@ def test_a_node_of_a_launch_file_stays(start: Start, environ: dict[str, str], tm
             process.communicate()
 
 
+@pytest.mark.slow
 def test_a_panel_needs_not_the_usual_port(environ: dict[str, str]) -> None:
     """Another program may have it, or the page of another master."""
     with socket.socket() as taken:

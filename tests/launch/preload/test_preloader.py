@@ -111,6 +111,7 @@ def usual(words: list[str], environ: dict[str, str], folder: Path) -> Run:
         return Run(code, (folder / "out").read_text(), (folder / "err").read_text())
 
 
+@pytest.mark.slow
 def test_a_program_sees_what_it_sees_in_the_usual_way(
     preloader: Preloader, script: Any, environ: dict[str, str], tmp_path: Path
 ) -> None:
@@ -125,6 +126,7 @@ def test_a_program_sees_what_it_sees_in_the_usual_way(
         assert here.out.splitlines()[1] == "at the end"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "end",
     [
@@ -195,6 +197,7 @@ def test_signals(preloader: Preloader, script: Any, environ: dict[str, str], tmp
         forked.send_signal(number)  # nobody is there
 
 
+@pytest.mark.slow
 def test_many_at_once(preloader: Preloader, script: Any, environ: dict[str, str], tmp_path: Path) -> None:
     words = script("import sys\nsys.exit(int(sys.argv[1]))\n")
     begun = [begin(preloader, [words, str(number)], environ, tmp_path)[0] for number in range(40)]
@@ -264,6 +267,7 @@ def test_another_interpreter_is_not_this_one(tmp_path: Path, monkeypatch: pytest
     assert [python_script(each, {}) for each in words] == [words[0][0], None]
 
 
+@pytest.mark.slow
 def test_other_settings_of_python_get_another_server(
     preloader: Preloader, script: Any, environ: dict[str, str], tmp_path: Path
 ) -> None:
@@ -275,6 +279,7 @@ def test_other_settings_of_python_get_another_server(
     assert first[1] == third[1] != second[1]
 
 
+@pytest.mark.slow
 def test_a_signal_reaches_a_program_that_was_just_forked(
     preloader: Preloader, script: Any, environ: dict[str, str], tmp_path: Path
 ) -> None:
@@ -355,6 +360,7 @@ def test_a_launcher_without_standard_output_forks_nothing(
 NODE = "import os, rospy\nrospy.init_node('x')\nos.write(1, b'up\\n')  # in one piece\nrospy.spin()\n"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGKILL])
 def test_nothing_is_left_of_a_launch(
     script: Any, environ: dict[str, str], tmp_path: Path, free_port: int, number: int

@@ -44,6 +44,7 @@ def test_what_launch_files_use(text: str, result: str) -> None:
     assert evaluate(text, VARIABLES, FUNCTIONS) == result
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "text",
     [

@@ -61,6 +61,7 @@ def until(reached: Callable[[], object]) -> None:
         time.sleep(0.01)
 
 
+@pytest.mark.slow
 def test_states_and_orders(launch: Launch) -> None:
     until(lambda: entry(launch, "short-2").state == "died")
     assert entry(launch, "short-2").exit_code == 4

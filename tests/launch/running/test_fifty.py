@@ -44,6 +44,7 @@ def left(mark: str) -> list[str]:
     return found
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not Path("/proc/self/environ").exists(), reason="needs /proc")
 def test_one_ctrl_c_ends_fifty_nodes(tmp_path: Path, free_port: int) -> None:
     package = tmp_path / "many"

@@ -121,6 +121,7 @@ def test_a_python_with_pyros1_that_lacks_a_module_needs_another_cure(folder: Pat
     assert found.endswith("cannot find module rospy")
 
 
+@pytest.mark.slow
 def test_more_imports_than_fit_into_an_argument(folder: Path) -> None:
     names = [f"nothing_{number}_{'x' * 60}" for number in range(2000)]
     found = problems(folder, OURS + "".join(f"import {name}\n" for name in names))

@@ -35,6 +35,7 @@ def by_yaml(text: str) -> Any:
     return "" if value is None else value
 
 
+@pytest.mark.slow
 @settings(max_examples=300, deadline=None)
 @given(
     st.one_of(

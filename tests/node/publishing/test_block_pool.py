@@ -54,6 +54,7 @@ def test_memory_that_its_owner_may_change_is_copied(pool: BlockPool) -> None:
     assert place is not None and content(place)[4:] == b"a" * 100_000
 
 
+@pytest.mark.slow
 @given(st.lists(st.tuples(st.integers(1, 1 << 20), st.sets(st.integers(1, 40), max_size=4)), max_size=60))
 def test_blocks_that_are_in_use_are_not_written(steps: list[tuple[int, set[int]]]) -> None:
     pool = BlockPool()

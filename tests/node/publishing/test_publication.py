@@ -50,6 +50,7 @@ def greet(peer: Any, type: Any, topic: str = "/t") -> Any:
     return peer
 
 
+@pytest.mark.slow
 def test_a_latched_message_for_a_stuck_subscriber_does_not_stop_the_loop(
     make_node: Any, raw_peer: Any, in_thread: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -66,6 +67,7 @@ def test_a_latched_message_for_a_stuck_subscriber_does_not_stop_the_loop(
     publishing.join()
 
 
+@pytest.mark.slow
 def test_a_large_latched_message_reaches_who_comes_later_without_another_publish(
     make_node: Any, raw_peer: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -142,6 +144,7 @@ def test_a_publication_that_its_own_work_closes_waits_for_nobody(
         publication.accept(late, header)
 
 
+@pytest.mark.slow
 def test_messages_that_are_queued_when_the_node_ends_are_sent(
     make_node: Any, raw_peer: Any, in_thread: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:

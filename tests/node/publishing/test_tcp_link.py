@@ -168,6 +168,7 @@ def blocked(make_node: Any, raw_peer: Any, in_thread: Any, monkeypatch: pytest.M
     peer.close()
 
 
+@pytest.mark.slow
 def test_without_queue_the_publisher_waits_and_nothing_is_lost_t38(blocked: Any) -> None:
     _, peer, thread, sent = blocked
     assert len(sent) < 40

@@ -253,6 +253,7 @@ def test_a_publisher_that_has_gone_is_noticed_and_the_next_one_heard(make_node: 
     assert got.data == [0, 1, 2]
 
 
+@pytest.mark.slow
 def test_who_does_not_keep_up_loses_messages_and_holds_nobody_up(make_node: Any, in_thread: Any, collect: Any) -> None:
     import threading
 

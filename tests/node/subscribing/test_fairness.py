@@ -102,6 +102,7 @@ def spinning(in_thread: Any) -> Iterator[Any]:
         node.shutdown()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("callbacks", "queue_size"), KINDS)
 def test_floods_starve_nobody(
     make_node: Any,
@@ -131,6 +132,7 @@ def test_floods_starve_nobody(
     got.wait(1, 2, more=3)  # and the floods themselves
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("callbacks", "queue_size"), KINDS)
 @pytest.mark.parametrize("limit", [None, 10])
 def test_floods_within_the_process_starve_nobody(

@@ -65,6 +65,7 @@ def bytes_body() -> bytes:
     return bytes(8) + (SIZE - 12).to_bytes(4, "little") + bytes(SIZE - 12)
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="needs the memory that a process had at most")
 @pytest.mark.parametrize(
     ("type_name", "subscribed", "body", "latch", "times"),

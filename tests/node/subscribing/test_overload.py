@@ -68,6 +68,7 @@ def test_an_overloaded_subscription_serves_every_publisher_and_new_subscribers(
         go_on.set()
 
 
+@pytest.mark.slow
 def test_a_thousand_subscriptions_are_woken_at_once(make_node: Any, collect: Any) -> None:
     talker, listener, got = make_node("talker"), make_node("listener"), collect()
     count = 500

@@ -71,6 +71,7 @@ def hears(listener: Node, talker: Node, topic: str) -> bool:
     return any(uri == talker.uri and link[2] > 0 for uri, link in zip(publishers, links, strict=False))
 
 
+@pytest.mark.slow
 def test_a_bond_breaks_with_the_aggregator(aggregator: Node, make_node: Callable[..., Node], tmp_path: Path) -> None:
     errors: Queue[str] = Queue()
     arm = make_node("arm")

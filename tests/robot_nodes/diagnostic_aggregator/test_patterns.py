@@ -51,6 +51,7 @@ def test_usual_expressions_match_long_names(expression: str, length: int) -> Non
     assert NamePattern(".*node.*").matches("x" * 490 + "node") and not NamePattern("x*").matches("x" * 501)
 
 
+@pytest.mark.slow
 def test_expressions_that_are_accepted_are_fast_and_match_as_in_python() -> None:
     chance, accepted = random.Random(7), 0
 

@@ -69,6 +69,7 @@ def test_a_robot_stops_when_its_commands_cease() -> None:
     assert world.wheel_speeds[0].tolist() == [0, 0]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("heading", [0.0, 0.7, 2.0, -2.4])
 def test_walls_stop_robots_which_can_leave_again(heading: float) -> None:
     world = make_world((5, 5, heading))

@@ -117,6 +117,7 @@ numbers = st.floats(-1e9, 1e9, exclude_max=True, exclude_min=True)
 anything = st.tuples(numbers, numbers, numbers)
 
 
+@pytest.mark.slow
 @given(st.lists(st.tuples(anything, anything, st.none() | anything, st.floats(0, 1)), max_size=8))
 def test_nothing_makes_it_invalid(inputs: list[tuple[Vector, Vector, Vector | None, float]]) -> None:
     estimator = started(Settings(gain_acc=1.0, gain_mag=1.0))

@@ -21,6 +21,7 @@ from ..imu_motion import FIELD, Motion, angle_between, matrix, tilt_between
 LEVEL = Reading((0.0, 0.0, 0.0), (0.0, 0.0, 9.81))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("world", ["enu", "ned", "nwu"])
 @pytest.mark.parametrize("has_field", [True, False])
 def test_it_follows_the_true_orientation(world: str, has_field: bool) -> None:
@@ -46,6 +47,7 @@ def test_it_converges_from_a_wrong_orientation_at_its_gain() -> None:
         assert field is not None or tilts[near] - tilts[near + 25] == pytest.approx(0.1, rel=0.02)
 
 
+@pytest.mark.slow
 def test_zeta_removes_the_bias_of_the_gyroscope() -> None:
     bias, mean_errors = (0.1, -0.05, 0.08), []
     for zeta in (0.0, 0.02):
@@ -142,6 +144,7 @@ numbers = st.floats(-1e9, 1e9, exclude_max=True, exclude_min=True)
 anything = st.tuples(numbers, numbers, numbers)
 
 
+@pytest.mark.slow
 @given(st.lists(st.tuples(anything, anything, st.none() | anything, st.floats(0, 1)), max_size=8), st.floats(-1, 1))
 def test_nothing_makes_it_invalid(inputs: list[tuple[Vector, Vector, Vector | None, float]], zeta: float) -> None:
     estimator = MadgwickFilter(Settings(gain=1.0, zeta=zeta))

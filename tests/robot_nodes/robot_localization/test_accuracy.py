@@ -11,6 +11,7 @@ from math import cos, hypot, sin
 from typing import Any
 
 import numpy as np
+import pytest
 
 from pyros1.ground.timing import Time
 from pyros1.msgs.geometry_msgs.msg import PoseWithCovarianceStamped
@@ -109,6 +110,7 @@ def rms(errors: list[float]) -> float:
     return float(np.sqrt(np.mean(np.square(errors))))
 
 
+@pytest.mark.slow
 def test_both_filters_are_nearer_to_the_truth_than_the_wheels() -> None:
     late = {"smooth_lagged_data": True, "history_length": 3.0}
     followers = {

@@ -44,6 +44,7 @@ def test_in_the_linear_case_it_is_a_kalman_filter(seed: int) -> None:
         assert ekf.covariance[np.ix_(variables, variables)] == pytest.approx(p)
 
 
+@pytest.mark.slow
 def test_the_error_is_as_large_as_the_covariance_says() -> None:
     """NEES: the squared error, in units of the covariance, is 15 on average; the bounds are those of 99.9 %."""
     runs, steps, dt = 30, 60, 0.05

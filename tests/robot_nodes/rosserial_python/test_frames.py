@@ -76,6 +76,7 @@ def test_one_wrong_byte_costs_one_frame_at_most(seed: int) -> None:
     assert [one for one in found if one in sent] == sent[:hit] + sent[hit + 1 :]
 
 
+@pytest.mark.slow
 @given(st.binary(max_size=300), st.integers(1, 50))
 def test_random_bytes_are_no_frames_and_are_not_kept(data: bytes, size: int) -> None:
     found, reader = feed(data + bytes(66000), size, 66000)

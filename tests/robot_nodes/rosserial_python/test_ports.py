@@ -63,6 +63,7 @@ class SlowPort:
         pass
 
 
+@pytest.mark.slow
 def test_frames_of_several_threads_are_never_mixed(make_node: Callable[..., Any]) -> None:
     node, port = make_node("serial_node"), SlowPort()
     board = Board(node, "a board", "", lambda: None, Servers())

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import random
 
+import pytest
+
 from pyros1.robot_nodes.shared.twist_sources import Source
 from pyros1.robot_nodes.twist_mux.arbiter import Arbiter
 
@@ -91,6 +93,7 @@ class Reference:
         return best[1] if best[0] < 0 else None
 
 
+@pytest.mark.slow
 def test_random_schedules() -> None:
     chance = random.Random(5)
     stops = 0

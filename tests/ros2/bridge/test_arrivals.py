@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import pytest
+
 from pyros1.ros2.bridge import arrivals
 from pyros1.ros2.bridge.arrivals import Arrivals
 from pyros1.ros2.zenoh.names import DataKey
@@ -40,6 +42,7 @@ def test_a_flood_of_tokens_is_bounded() -> None:
     assert waiting.dropped == 5
 
 
+@pytest.mark.slow
 def test_that_somebody_is_gone_is_never_lost() -> None:
     waiting = Arrivals()
     waiting.put_token("x", True)

@@ -71,6 +71,7 @@ def test_nothing_is_planned_while_nothing_changes(bridge: RunningBridge, monkeyp
     wait_until(lambda: "/theirs" not in bridge.topics(), "a change is noticed")
 
 
+@pytest.mark.slow
 def test_those_who_come_and_go_do_not_take_all_the_time(bridge: RunningBridge, monkeypatch: pytest.MonkeyPatch) -> None:
     times: list[tuple[float, float]] = []
 

@@ -339,6 +339,7 @@ def test_too_many_calls_at_once(endpoint: str, tmp_path: Path, monkeypatch: pyte
         peer.session.close()
 
 
+@pytest.mark.slow
 def test_a_client_with_many_calls_leaves_room_for_others(bridge: RunningBridge, peer: Ros2Peer) -> None:
     begun, released = threading.Semaphore(0), threading.Event()
 

@@ -76,6 +76,7 @@ def test_failures_are_bounded_and_do_not_push_out_what_was_found(monkeypatch: py
     assert lookup.calls == calls + 1
 
 
+@pytest.mark.slow
 def test_a_failure_does_not_keep_what_its_caller_had() -> None:
     class Plan:
         pass

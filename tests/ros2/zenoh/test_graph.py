@@ -151,6 +151,7 @@ def test_those_who_wait_are_bounded(monkeypatch: pytest.MonkeyPatch) -> None:
     assert add(graph, SUBSCRIBER) == [True]
 
 
+@pytest.mark.slow
 def test_any_order_of_coming_and_going() -> None:
     """The graph always has as many of the present tokens as there is room for."""
     chance = random.Random(7)

@@ -19,6 +19,7 @@ def _make(seed: int) -> tuple[TypePair, Transcoder]:
     return pair, Transcoder(f"x/{name}", pair.specs, f"x/msg/{name}", pair.types)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("block", range(10))
 def test_random_messages(block: int) -> None:
     for seed in range(block * 20, block * 20 + 20):
@@ -37,6 +38,7 @@ def test_random_messages(block: int) -> None:
                 assert transcoder.from_cdr(memoryview(cdr + b"\0\0\0")) == body, (seed, order)
 
 
+@pytest.mark.slow
 def test_fields_with_other_names() -> None:
     for seed in range(60):
         pair, transcoder = _make(seed)
@@ -60,6 +62,7 @@ def test_fields_with_other_names() -> None:
         assert renamed.only_ros1 == transcoder.only_ros1
 
 
+@pytest.mark.slow
 def test_truncated_messages_are_refused() -> None:
     for seed in range(25):
         pair, transcoder = _make(seed)
@@ -74,6 +77,7 @@ def test_truncated_messages_are_refused() -> None:
                     transcoder.from_cdr(cdr[:size])
 
 
+@pytest.mark.slow
 def test_damaged_messages_are_converted_or_refused() -> None:
     randoms = random.Random(1)
     for seed in range(40):

@@ -49,6 +49,7 @@ def places(chunk: dict[int, list[int]], row: int, begin: int, size: float) -> li
     return [(column, 0.5) for _ in own for column in (min(every), max(every))]
 
 
+@pytest.mark.slow
 def test_random_bags_are_counted() -> None:
     chance = random.Random(1)
     for _ in range(300):

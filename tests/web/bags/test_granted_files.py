@@ -50,6 +50,7 @@ def test_bags_beyond_the_first_megabyte_count(tmp_path: Path) -> None:
     assert Path(f"/{'b' * 200}/2999.bag") in granted
 
 
+@pytest.mark.slow
 @given(st.lists(st.text(st.characters(exclude_characters="\0", exclude_categories=["Cs"]), min_size=1), max_size=6))
 def test_any_names(tmp_path_factory: pytest.TempPathFactory, names: list[str]) -> None:
     granted = GrantedFiles(tmp_path_factory.mktemp("any") / "list")

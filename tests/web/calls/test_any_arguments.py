@@ -47,6 +47,7 @@ def busy(robot: Robot, make_node: Callable[..., Any]) -> Robot:
     return robot
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", CALLS)
 @_quick
 @given(args=_ARGS)
@@ -61,6 +62,7 @@ def test_calls(busy: Robot, name: str, args: dict[str, Any]) -> None:
         json.loads(wire.result(1, found))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", sorted(views.VIEW_NAMES))
 @_quick
 @given(first=_ARGS, second=_ARGS)

@@ -41,6 +41,7 @@ def _but(finding: Finding, *items: str) -> tuple[Any, ...]:
     return (finding.kind, finding.severity, finding.text, finding.fix, items)
 
 
+@pytest.mark.slow
 def test_a_broken_topic_and_a_dead_node(
     make_robot: Callable[..., Robot], master: Master, make_node: Callable[..., Any], free_port: int
 ) -> None:

@@ -108,6 +108,7 @@ def test_another_version_of_an_installed_type(robot: Robot, make_node: Make) -> 
     assert "unusable" in one.current_offers(0.0).problems["/a"]
 
 
+@pytest.mark.slow
 def test_of_what_publishers_say_while_nobody_looks_the_newest_is_kept(robot: Robot, make_node: Make) -> None:
     make_node("talker").advertise("a", Float64)
     one = catalogue(robot)

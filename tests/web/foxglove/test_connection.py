@@ -171,6 +171,7 @@ def test_a_publisher_with_another_definition_gets_another_channel(serve: Start, 
         assert viewer.message(2) == struct.pack("<dd", 1.0, 2.0)
 
 
+@pytest.mark.slow
 def test_a_publisher_that_goes_from_one_definition_to_another_and_back(
     serve: Start, make_node: Make, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -358,6 +359,7 @@ def test_simulated_time(serve: Start, make_node: Make) -> None:
         assert struct.unpack_from("<IQ", viewer.until(1)["data"])[1] == 12_000_000_500
 
 
+@pytest.mark.slow
 def test_a_viewer_that_does_not_read_delays_nobody_and_then_sees_the_newest(serve: Start, make_node: Make) -> None:
     publisher = make_node("camera").advertise("a", String, queue_size=0, latch=True)
     publisher.publish("first")

@@ -109,6 +109,7 @@ def test_a_channel_that_is_closed_is_forgotten() -> None:
     assert box.size == 0
 
 
+@pytest.mark.slow
 @given(
     st.lists(st.tuples(st.integers(0, 4), st.integers(0, 8_000), st.sampled_from([None, "/a", "/b", "/c"]))),
     st.integers(0, 20),

@@ -85,6 +85,7 @@ _OPS = ("subscribe", "unsubscribe", "advertise", "unadvertise", "getParameters",
 _FIELDS = ("subscriptions", "subscriptionIds", "channels", "channelIds", "parameterNames", "parameters", "id", "uri")
 
 
+@pytest.mark.slow
 @given(
     st.binary(max_size=100)
     | st.text(max_size=100)

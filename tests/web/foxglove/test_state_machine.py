@@ -7,6 +7,7 @@ import math
 import struct
 from typing import Any
 
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -246,6 +247,7 @@ def test_problems_are_told_once_and_taken_back() -> None:
     assert read(one.update_problems({"/a": "?"}))[0] == {"op": "removeStatus", "statusIds": ["master"]}
 
 
+@pytest.mark.slow
 @given(st.binary(max_size=60) | st.text(max_size=60))
 def test_any_frame_gives_a_bounded_answer(frame: str | bytes) -> None:
     actions, found = viewer().handle(frame)

@@ -92,6 +92,7 @@ _FRAMES = st.fixed_dictionaries(
 )
 
 
+@pytest.mark.slow
 @settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(st.lists(_FRAMES, min_size=1, max_size=8))
 def test_any_operations(robot: Robot, frames: list[dict[str, Any]]) -> None:

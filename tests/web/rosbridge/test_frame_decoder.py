@@ -129,6 +129,7 @@ def test_boxes_in_boxes() -> None:
         FrameDecoder().decode(frame)
 
 
+@pytest.mark.slow
 def test_a_picture_that_unpacks_to_much_is_refused() -> None:
     file = io.BytesIO()
     Image.new("RGB", (5_000, 5_000)).save(file, "PNG")  # 75 MB
@@ -185,6 +186,7 @@ def test_any_bytes(frame: bytes | str) -> None:
         FrameDecoder().decode(frame)
 
 
+@pytest.mark.slow
 @given(_ops, st.dictionaries(_names, _json))
 def test_any_fields(op: str, fields: dict[str, Any]) -> None:
     try:

@@ -26,6 +26,7 @@ _VALUES = st.recursive(
 )
 
 
+@pytest.mark.slow
 @given(_VALUES)
 def test_any_value(value: Any) -> None:
     assert cbor2.loads(frames.to_cbor(value)) == value

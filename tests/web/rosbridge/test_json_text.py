@@ -90,6 +90,7 @@ def plain(value: Any) -> Any:
     return [*map(plain, value)] if isinstance(value, (list, tuple)) else value
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("faster", [True, False], ids=["orjson", "plain"])
 @given(message=_WHOLES)
 def test_any_message(faster: bool, message: Message) -> None:

@@ -430,6 +430,7 @@ def test_a_client_that_goes_ends_its_calls(serve: Serve, make_node: MakeNode) ->
     go.set()
 
 
+@pytest.mark.slow
 def test_a_slow_client_gets_the_newest(serve: Serve, make_node: MakeNode) -> None:
     server = serve(token="")
     publisher = make_node("camera").advertise("image", Image, queue_size=0)

@@ -59,6 +59,7 @@ def test_what_must_not_be_ignored(values: dict[str, Any], text: str) -> None:
         read_settings(parameters(**values))
 
 
+@pytest.mark.slow
 @settings(max_examples=40)
 @given(st.lists(st.from_regex(r"[a-z*?_/]{1,9}", fullmatch=True)), st.sampled_from(["", "'", '"']))
 def test_patterns(patterns: list[str], quote: str) -> None:

@@ -171,6 +171,7 @@ def test_clouds_without_points(step: int) -> None:
     assert (facts["count"], blob) == (0, b"")
 
 
+@pytest.mark.slow
 @given(
     st.lists(st.tuples(st.floats(width=32), st.floats(width=32), st.floats(width=32), st.floats(width=32)), max_size=20)
 )

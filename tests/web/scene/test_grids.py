@@ -59,6 +59,7 @@ def test_updates_that_contradict_themselves() -> None:
         known.update(OccupancyGridUpdate(width=2, height=2, data=[1]))
 
 
+@pytest.mark.slow
 @given(st.lists(st.tuples(st.integers(0, 4), st.integers(0, 4), st.integers(0, 4), st.integers(0, 4), st.booleans())))
 def test_who_looks_now_and_then_sees_the_same(steps: list[tuple[int, int, int, int, bool]]) -> None:
     known, seen = Grid(), np.zeros((5, 5), np.int8)

@@ -135,6 +135,7 @@ def test_views_of_other_kinds() -> None:
     assert notes == ["the view looks at the origin of its frame, not at another point in it"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("text", "why"),
     [
@@ -196,6 +197,7 @@ def test_random_changes_give_settings_or_one_line(seed: int) -> None:
             assert all(note.isprintable() for note in notes)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(10))
 def test_values_of_any_kind_in_any_place(seed: int) -> None:
     chance = random.Random(seed)

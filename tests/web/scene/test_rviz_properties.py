@@ -93,6 +93,7 @@ def works_or_is_named(values: Mapping[str, Any], name: str) -> bool:
     return False
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", sorted({*DISPLAYS} - {"Axes"}))  # which is named as a whole
 def test_each_property_of_a_display_is_honoured_or_named(kind: str) -> None:
     display = DISPLAYS[kind]
@@ -112,6 +113,7 @@ def test_what_rviz_writes_by_itself_is_not_named(kind: str) -> None:
     assert read({**DISPLAYS[kind], "Enabled": True}).notes == expected
 
 
+@pytest.mark.slow
 def test_each_property_of_views_tools_and_the_whole_is_honoured_or_named() -> None:
     forgotten = []
 

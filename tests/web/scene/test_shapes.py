@@ -79,6 +79,7 @@ def test_maps_that_cannot_be_drawn() -> None:
         shapes.occupancy_grid(message)
 
 
+@pytest.mark.slow
 @given(st.lists(st.tuples(*[st.floats()] * 7), max_size=20))
 def test_any_path(poses: list[tuple[float, ...]]) -> None:
     message = Path(poses=[PoseStamped() for _ in poses])

@@ -255,6 +255,7 @@ def test_a_page_that_does_not_take_its_pushes_gets_one_and_then_the_newest(
         assert (data["value"]["fields"][0][2], data["count"]) == (1000.0, count + 1000)
 
 
+@pytest.mark.slow
 def test_a_slow_view_does_not_hold_back_the_robot(
     make_robot: Callable[..., Any], make_node: Callable[..., Any]
 ) -> None:

@@ -65,6 +65,7 @@ def test_what_is_no_request_is_refused(text: str | bytes) -> None:
         assert isinstance(found, Call)  # a newer Python reads deep JSON
 
 
+@pytest.mark.slow
 @settings(suppress_health_check=[HealthCheck.too_slow])
 @given(st.text() | JSON.map(json.dumps))
 def test_any_text_is_a_request_or_refused(text: str) -> None:
@@ -79,6 +80,7 @@ def test_frames() -> None:
     assert json.loads(wire.problem(2, "bad")) == {"stream": 2, "error": "bad"}
 
 
+@pytest.mark.slow
 @given(JSON.filter(lambda value: "NaN" not in json.dumps(value) and "Inf" not in json.dumps(value)))
 def test_a_push_with_numbers_is_aligned(data: object) -> None:
     numbers = array("d", [1.5, -2.0])

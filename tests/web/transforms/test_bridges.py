@@ -91,6 +91,7 @@ ANY = st.recursive(
 )
 
 
+@pytest.mark.slow
 @given(st.fixed_dictionaries(dict.fromkeys(STATUS, ANY)))
 def test_any_status_is_read_or_not(status: dict[str, Any]) -> None:
     assert describe_bridge("/b", status) is None or True

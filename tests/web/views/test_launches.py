@@ -55,6 +55,7 @@ def process(data: Any) -> Any:
     return data["launches"][0]["processes"][0]
 
 
+@pytest.mark.slow
 def test_launches_are_seen_and_controlled(robot: Robot, watch: Make, launch: str) -> None:
     watched = watch("launches")
     seen = watched.until(lambda data: data["launches"])

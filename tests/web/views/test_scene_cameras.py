@@ -117,6 +117,7 @@ def test_of_the_colours_those_that_were_seen_with_the_depths(make_node: Make, wa
             blob = push.blob if push else b""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("room", "nearest"), [(0, b"ccc"), (1.9, b"ccc"), (2, b"bbb"), (2.9, b"bbb"), (3, b"aaa")])
 def test_as_many_colours_are_kept_as_there_is_room_for(
     make_node: Make, watch: Make, monkeypatch: pytest.MonkeyPatch, room: float, nearest: bytes

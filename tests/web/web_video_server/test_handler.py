@@ -180,6 +180,7 @@ def test_requests_that_trickle_free_their_connections(
     assert get(connect(server, b"GET / HTTP/1.0\r\n\r\n")).status == 200
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("stream_type", ["mjpeg", "h264"])
 def test_clients_that_do_not_read_are_disconnected(
     serve: Any, connect: Any, make_node: Callable[..., Node], monkeypatch: pytest.MonkeyPatch, stream_type: str

@@ -26,6 +26,7 @@ def test_numbers(text: str | None, number: int) -> None:
     assert parse_integer(text, 5, 0, 9) == number
 
 
+@pytest.mark.slow
 @given(
     st.dictionaries(
         st.sampled_from(["bitrate", "qmin", "qmax", "gop", "framerate", "preset", "quality"]),

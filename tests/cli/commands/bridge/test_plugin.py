@@ -86,6 +86,7 @@ def test_what_is_refused(run: Run, words: list[str], complaint: str) -> None:
     assert code == 2 and out == "" and complaint in err and "Traceback" not in err
 
 
+@pytest.mark.slow
 def test_a_bridge_runs_until_it_is_interrupted(
     run: Run, make_node: Callable[..., Node], environ: dict[str, str], free_port: int
 ) -> None:

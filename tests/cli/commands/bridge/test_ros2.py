@@ -110,6 +110,7 @@ def test_through_rclpy(run: Run, finding: Finding) -> None:
     assert "through tcp/localhost:7447 (as a router)\n" in run("--check", "--listen", "tcp/localhost:7447")[1]
 
 
+@pytest.mark.slow
 def test_pairs_through_rclpy(run: Run, finding: Finding) -> None:
     """What is not installed beside it is not exchanged, so it has no pair."""
     finding.write("")
@@ -210,6 +211,7 @@ def test_a_port_that_is_in_use(run: Run) -> None:
     assert code != 0 and not out and f"cannot listen on {endpoint}: another program does" in err
 
 
+@pytest.mark.slow
 def test_a_running_bridge(make_node: Callable[..., Node], environ: dict[str, str]) -> None:
     command = [sys.executable, "-m", "pyros1", "bridge", "ros2", "--listen", "tcp/127.0.0.1:0"]
     with subprocess.Popen(command, env={**os.environ, **environ}, stderr=subprocess.PIPE, text=True) as process:

@@ -76,6 +76,7 @@ def test_a_port_that_is_taken(run: Run) -> None:
     assert code == 1 and err.startswith("ERROR: cannot start the router: ")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_a_router_runs_until_it_is_interrupted(tmp_path: Path, free_port: int, number: int) -> None:
     zenoh = pytest.importorskip("zenoh")

@@ -167,6 +167,7 @@ def test_without_a_master(run: Run, monkeypatch: pytest.MonkeyPatch, free_port: 
     assert code == 1 and "Unable to communicate with master" in err
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_a_bridge_runs_until_it_is_interrupted(
     run: Run, make_node: Callable[..., Node], environ: dict[str, str], free_port: int, number: int

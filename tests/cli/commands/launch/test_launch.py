@@ -100,6 +100,7 @@ def start(tmp_path: Path, env: dict[str, str]) -> Iterator[Start]:
         tool.end()
 
 
+@pytest.mark.slow
 def test_launch_starts_its_own_master_and_ends_cleanly_x78_x90(
     start: Start, env: dict[str, str], tmp_path: Path
 ) -> None:
@@ -133,6 +134,7 @@ def test_launch_starts_its_own_master_and_ends_cleanly_x78_x90(
     assert places == sorted(places)
 
 
+@pytest.mark.slow
 def test_core_is_used_by_a_launch_and_refuses_a_second_one_l15_l18(
     start: Start, env: dict[str, str], tmp_path: Path
 ) -> None:
@@ -155,6 +157,7 @@ def test_core_is_used_by_a_launch_and_refuses_a_second_one_l15_l18(
     client.close()
 
 
+@pytest.mark.slow
 def test_without_nodes_and_with_dead_ones_x89(start: Start, env: dict[str, str], tmp_path: Path) -> None:
     package = tmp_path / "brief"
     package.mkdir()
@@ -185,6 +188,7 @@ def ask(env: dict[str, str], cwd: Path, command: str, *words: str, stdin: str = 
     return done.returncode, done.stdout, done.stderr
 
 
+@pytest.mark.slow
 def test_queries_need_no_master_x06(env: dict[str, str], tmp_path: Path) -> None:
     assert ask(env, tmp_path, "launch", "--nodes", "minimal_nodes.launch")[:2] == (
         0,
@@ -215,6 +219,7 @@ def test_queries_need_no_master_x06(env: dict[str, str], tmp_path: Path) -> None
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("words", "code", "text"),
     [
@@ -237,6 +242,7 @@ def test_errors_x05(env: dict[str, str], tmp_path: Path, words: list[str], code:
     assert "Traceback" not in err
 
 
+@pytest.mark.slow
 def test_a_master_elsewhere_is_not_started_here_x80(env: dict[str, str], tmp_path: Path) -> None:
     env["ROS_MASTER_URI"] = "http://192.0.2.1:1"
     (tmp_path / "e.launch").write_text("<launch/>")
@@ -247,6 +253,7 @@ def test_a_master_elsewhere_is_not_started_here_x80(env: dict[str, str], tmp_pat
     assert "cannot be resolved here" in err and "add a line 'ADDRESS no-such-host.invalid' to /etc/hosts" in err
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "words", [["launch", "--nodes", "minimal_nodes.launch"], ["launch", "--help"], ["launch", "--tree", "minimal_nodes.launch"], ["core", "--help"], ["run", "-h"], ["help"]]
 )  # fmt: skip
@@ -278,6 +285,7 @@ def without_a_reader(env: dict[str, str], cwd: Path, *words: str) -> None:
     assert (done.returncode, done.stderr) == (0, "")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("command", ["core", "run", "launch"])
 def test_help_names_our_commands_and_gives_examples(env: dict[str, str], tmp_path: Path, command: str) -> None:
     code, out, err = ask(env, tmp_path, command, "--help")

@@ -68,6 +68,7 @@ def ask(tmp_path: Path) -> Ask:
     return ask
 
 
+@pytest.mark.slow
 def test_needs_of_files_l175(ask: Ask) -> None:
     assert ask("--deps", "launch/good.launch") == (0, "minimal_nodes\n", "")
     code, out, _ = ask("--deps", "-v", "-w", "launch/more.launch")
@@ -95,6 +96,7 @@ def test_needs_of_files_l175(ask: Ask) -> None:
     assert code == 2 and "--deps must be the first argument" in err
 
 
+@pytest.mark.slow
 def test_arguments_for_shells_l175(ask: Ask) -> None:
     assert ask("--complete", "launch/good.launch") == (0, "a b\n", "")
     assert ask("--complete", "mine", "good.launch", "b:=2") == (0, "a b\n", "")
@@ -102,11 +104,13 @@ def test_arguments_for_shells_l175(ask: Ask) -> None:
     assert ask("--complete") == (0, "\n", "")
 
 
+@pytest.mark.slow
 def test_logs_without_a_master_l175(ask: Ask, tmp_path: Path) -> None:
     assert ask("--logs") == (2, f"{tmp_path}/home/log\n", "No active roscore\n")
     assert ask("--logs", "word").code == 2
 
 
+@pytest.mark.slow
 def test_results_of_a_check_l174(ask: Ask, tmp_path: Path) -> None:
     results = tmp_path / "results" / "r.xml"
     code, out, err = ask("--check", "-o", str(results), "launch/good.launch")
@@ -124,6 +128,7 @@ def test_results_of_a_check_l174(ask: Ask, tmp_path: Path) -> None:
     assert "[launch/good.launch]" not in (failure.text or "")
 
 
+@pytest.mark.slow
 def test_a_folder_is_checked_with_all_below_l174(ask: Ask) -> None:
     code, out, err = ask("--check", "good")
     assert (code, err) == (0, "")
@@ -131,6 +136,7 @@ def test_a_folder_is_checked_with_all_below_l174(ask: Ask) -> None:
     assert out.splitlines() == lines
 
 
+@pytest.mark.slow
 def test_a_file_of_a_package_that_lies_here_is_checked_x05(ask: Ask, tmp_path: Path) -> None:
     code, out, err = ask("--check", "mine", "good.launch", cwd=tmp_path)
     assert (code, out, err) == (0, "no problems: 1 file, 1 node, 0 parameters\n", "")
@@ -138,6 +144,7 @@ def test_a_file_of_a_package_that_lies_here_is_checked_x05(ask: Ask, tmp_path: P
     assert ask("--check", "mine/good", "SET_HERE=1", cwd=tmp_path).out.endswith("passed\n")
 
 
+@pytest.mark.slow
 def test_programs_in_python_are_read_but_not_executed(ask: Ask, tmp_path: Path) -> None:
     for name, text in (("old", "print 'a'\n"), ("lacking", "import nothing_of_that_name\nopen('here', 'w')\n")):
         script = tmp_path / "mine" / "scripts" / name
@@ -180,6 +187,7 @@ def test_the_check_under_its_stock_name_l174(
     assert check("launch/needs.launch").code == 1 and check().code == check("no/such").code == 2
 
 
+@pytest.mark.slow
 def test_what_a_check_can_be_told_l174(ask: Ask) -> None:
     file = "launch/needs.launch"
     assert ask("--check", "-o", "r.xml", file).code == 1

@@ -90,6 +90,7 @@ def test_arguments(verb: str, capsys: Any) -> None:
     assert "Examples:" in capsys.readouterr().out
 
 
+@pytest.mark.slow
 def test_the_nodes_of_the_packages(environ: dict[str, str], make_node: Make) -> None:
     """Both at once: they do what they are there for."""
     robot = make_node("robot")

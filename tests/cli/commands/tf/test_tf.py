@@ -283,6 +283,7 @@ def test_wrong_static_transforms(run: Run, words: list[str], code: int, text: st
     assert done[0] == code and text in done[1] + done[2]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("words", "topic", "rotation"),
     [
@@ -378,6 +379,7 @@ LAUNCH = """
 """
 
 
+@pytest.mark.slow
 def test_launch_files_run(program: Callable[..., Any], make_node: Make, tmp_path: Path) -> None:
     """pyros1's own packages, put first so that it makes no difference whether a ROS is installed.
 

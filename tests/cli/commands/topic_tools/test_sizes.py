@@ -38,6 +38,7 @@ def peak(text: str) -> int:
         tracemalloc.stop()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "text",
     [
@@ -124,6 +125,7 @@ def test_too_large(text: str) -> None:
         value(text)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "text",
     [
@@ -213,6 +215,7 @@ def expression(source: random.Random, names: list[str], depth: int) -> str:
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(8))
 def test_random_expressions(seed: int) -> None:
     source, names = random.Random(seed), functions()
