@@ -735,3 +735,28 @@ def test_a_wake_up_that_a_signal_handler_interrupted_is_repeated() -> None:
         delivery.push(inbox, 1, 50)
     delivery.push(inbox, 2, 50)
     assert woken == [delivery, delivery]
+
+
+@pytest.mark.parametrize("news", ["link", "message", "bytes", "job"])
+def test_what_comes_while_a_publisher_delivers_wakes_a_thread(news: str) -> None:
+    """Nobody is woken for it at once, since the publisher's thread owns the loop."""
+    woken: list[object] = []
+    driver, inbox, link = _Driver(), here(), _Link([b"last"])
+    driver.wake = woken.append  # type: ignore[method-assign]
+
+    def deliver(item: object) -> None:
+        if item == "first":
+            actions = {
+                "link": lambda: delivery.add(link),
+                "message": lambda: delivery.push(inbox, "last", 50),
+                "bytes": lambda: delivery.run(link.fd),
+                "job": lambda: delivery.submit(lambda: None),
+            }
+            actions[news]()
+            assert not woken
+
+    delivery = loop_with(driver, deliver)
+    delivery.in_publisher = True
+    delivery.inboxes.add(inbox)
+    assert delivery.deliver_now(_Here(), "first")
+    assert woken == [delivery]
