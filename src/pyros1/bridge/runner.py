@@ -257,7 +257,7 @@ class Bridge:
                 self._act(self._site.set_subscribed(subscribed, steady_now()))
 
     def _change(self, changes: list[Change]) -> None:
-        """Carry out the actions that may wait for the master."""
+        """Carry out actions that may block while the master responds."""
         for index, action in enumerate(changes):
             try:
                 self._do(action)

@@ -187,7 +187,7 @@ def describe_command(module: str) -> tuple[str, tuple[Any, ...]]:
 
 
 def describe_verbs(module: str) -> dict[str, tuple[Any, ...]]:
-    """Import a module of verbs. Return the fields of each verb's entry by the verb's name."""
+    """Import a module of verbs. Return a dictionary: verb name -> fields of the verb's entry."""
     return {
         verb.name: (module, verb.about, verb.stock_about, verb.stock, verb.usage, _argument_kinds(verb), verb.aliases)
         for verb in _load_verb_records(module)

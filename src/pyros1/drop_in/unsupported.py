@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-_CORE = "`pyros1 core` and `pyros1 master` are the master"
+_CORE = "use `pyros1 core` or `pyros1 master`, which run pyros1's own master"
 _NODE = "it is built into pyros1's nodes"
 _LAUNCH = "it is built into `pyros1 launch`"
 _COMPILED = "it is compiled code"

@@ -50,8 +50,8 @@ def find_program(class_name: str, programs: Iterable[str]) -> str:
     if class_name in _OTHER_NAMES:
         program = _OTHER_NAMES[class_name][1]
         return program if program in names else ""
-    wanted = _plain(re.split("/|::", class_name)[-1])
-    return next((name for name in names if _plain(name) == wanted), "")
+    wanted = _normalized(re.split("/|::", class_name)[-1])
+    return next((name for name in names if _normalized(name) == wanted), "")
 
 
 class NodeletError(Error):
@@ -96,5 +96,5 @@ def check_arguments(words: Sequence[str]) -> None:
         raise NodeletError(f"too few arguments: {' '.join((verb, *operands))} is expected")
 
 
-def _plain(name: str) -> str:
+def _normalized(name: str) -> str:
     return _KIND.sub("", name.lower().replace("_", ""), count=1) or name

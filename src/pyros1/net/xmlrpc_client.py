@@ -99,7 +99,7 @@ class XmlRpcClient:
         finally:
             self._is_call_running = False
             self._lock.release()
-            if self._closed:  # meanwhile closed by a thread that could not acquire the lock
+            if self._closed:  # another thread called close() during the call, and could not acquire the lock
                 self._disconnect_if_free()
         if response.status != 200:
             raise ProtocolError(f"{self.uri} answered with HTTP status {response.status} {response.reason}".rstrip())

@@ -338,7 +338,7 @@ class Buffer:
             return as_yaml(self._tree.frames.values(), now)
 
     def all_frames_as_string(self) -> str:
-        """Return a text with one line per frame."""
+        """Return a string with one line per frame."""
         with self._changed:
             return as_string(self._tree.frames.values())
 

@@ -107,7 +107,7 @@ def test_a_picture_and_its_resolution(maps: Path, make_node: Any) -> None:
         (["a", "b", "c"], 1, "usage: map_server MAP.yaml"),
         (["--help"], 0, "usage: map_server MAP.yaml"),
         (["nowhere.yaml"], 1, "nowhere.yaml: cannot be read: No such file"),
-        (["floor.pgm", "fine"], 1, "RESOLUTION must be a number of metres above 0, not 'fine'"),
+        (["floor.pgm", "fine"], 1, "RESOLUTION must be a positive number (metres per pixel), not 'fine'"),
         (["floor.pgm", "0"], 1, "RESOLUTION must be"),
     ],
 )

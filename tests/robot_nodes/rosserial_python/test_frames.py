@@ -38,7 +38,7 @@ def test_frames_are_made_as_an_independent_program_makes_them(found: tuple[int, 
 @given(st.lists(_frames, max_size=6), st.lists(st.integers(1, 30), min_size=1, max_size=5))
 def test_frames_arrive_in_pieces_of_any_size(sent: list[tuple[int, bytes]], sizes: list[int]) -> None:
     found, reader = feed(b"".join(frame(*one) for one in sent), *sizes)
-    assert found == sent and reader.skipped == 0 and not reader.is_inside
+    assert found == sent and reader.skipped == 0 and not reader.has_partial_frame
 
 
 @given(st.binary(max_size=60).filter(lambda data: 0xFF not in data), _frames)
@@ -56,9 +56,9 @@ def test_a_frame_that_was_cut_off_hides_no_others() -> None:
 def test_a_wrong_length_delays_frames_until_the_rest_is_given_up() -> None:
     stream = b"\xff\xfe\xff\x7f\x81" + frame(125, b"first") + frame(125, b"second")
     found, reader = feed(stream)
-    assert found == [] and reader.is_inside
+    assert found == [] and reader.has_partial_frame
     assert reader.give_up() == [(125, b"first"), (125, b"second")]
-    assert reader.skipped == 5 and not reader.is_inside
+    assert reader.skipped == 5 and not reader.has_partial_frame
 
 
 @pytest.mark.parametrize("seed", range(30))
@@ -71,7 +71,7 @@ def test_one_wrong_byte_costs_one_frame_at_most(seed: int) -> None:
     wrong = bytearray(parts[hit])
     wrong[chance.randrange(len(wrong))] ^= 1 << chance.randrange(8)
     found, reader = feed(b"".join([*parts[:hit], bytes(wrong), *parts[hit + 1 :]]) + bytes(70000))
-    while reader.is_inside:
+    while reader.has_partial_frame:
         found += reader.give_up()
     assert [one for one in found if one in sent] == sent[:hit] + sent[hit + 1 :]
 
@@ -80,7 +80,7 @@ def test_one_wrong_byte_costs_one_frame_at_most(seed: int) -> None:
 @given(st.binary(max_size=300), st.integers(1, 50))
 def test_random_bytes_are_no_frames_and_are_not_kept(data: bytes, size: int) -> None:
     found, reader = feed(data + bytes(66000), size, 66000)
-    while reader.is_inside:
+    while reader.has_partial_frame:
         found += reader.give_up()
     used = sum(len(one.data) + 8 for one in found)
     assert reader.skipped + used == len(data) + 66000
@@ -115,6 +115,6 @@ def test_any_bytes_are_frames_or_skipped(before: bytes, parts: list[bytes]) -> N
         else:
             place += 1
     found, reader = feed(stream, 3)
-    while reader.is_inside:
+    while reader.has_partial_frame:
         found += reader.give_up()
     assert found == expected

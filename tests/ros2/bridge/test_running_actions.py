@@ -77,19 +77,19 @@ class ActionPeer(Ros2Peer):
 
     def send_goal(self, uuid: bytes, order: int) -> bool:
         body = HEAD + uuid + struct.pack("<i", order)
-        return ros2_messages.read_goal_response(self.session.call(self.action.send_goal, body, CALL_TIME))[0]
+        return ros2_messages.decode_goal_response(self.session.call(self.action.send_goal, body, CALL_TIME))[0]
 
     def start_result(self, uuid: bytes) -> queue.Queue[Any]:
         replies: queue.Queue[Any] = queue.Queue()
-        self.session.start_call(self.action.get_result, ros2_messages.write_uuid(uuid), CALL_TIME, replies.put)
+        self.session.start_call(self.action.get_result, ros2_messages.encode_uuid(uuid), CALL_TIME, replies.put)
         return replies
 
     def result(self, uuid: bytes) -> tuple[int, list[int]]:
-        return read_result(self.start_result(uuid).get(timeout=PATIENCE))
+        return decode_result(self.start_result(uuid).get(timeout=PATIENCE))
 
     def cancel(self, info: GoalInfo) -> tuple[int, list[GoalInfo]]:
-        reply = self.session.call(self.action.cancel_goal, ros2_messages.write_cancel(info), CALL_TIME)
-        return ros2_messages.read_cancel_response(reply)
+        reply = self.session.call(self.action.cancel_goal, ros2_messages.encode_cancel(info), CALL_TIME)
+        return ros2_messages.decode_cancel_response(reply)
 
     def await_message(self, name: str, is_wanted: Callable[[bytes], bool]) -> bytes:
         while True:
@@ -99,7 +99,7 @@ class ActionPeer(Ros2Peer):
 
     def await_status(self, uuid: bytes, status: int) -> None:
         def is_wanted(body: bytes) -> bool:
-            return any(each.info.uuid == uuid and each.status == status for each in ros2_messages.read_statuses(body))
+            return any(each.info.uuid == uuid and each.status == status for each in ros2_messages.decode_statuses(body))
 
         self.await_message(self.action.status.name, is_wanted)
 
@@ -112,18 +112,18 @@ class ActionPeer(Ros2Peer):
     def accept(self, accepted: bool = True) -> tuple[bytes, int]:
         """Answer the next goal, and return it."""
         call = self.asked("send_goal")
-        call.respond(ros2_messages.write_goal_response(accepted, (1, 2)))
+        call.respond(ros2_messages.encode_goal_response(accepted, (1, 2)))
         return call.body[4:20], struct.unpack("<i", call.body[20:])[0]
 
     def report(self, uuid: bytes, status: int) -> None:
-        self.send(self.action.status, ros2_messages.write_statuses([ReportedGoal(GoalInfo(uuid, (1, 2)), status)]))
+        self.send(self.action.status, ros2_messages.encode_statuses([ReportedGoal(GoalInfo(uuid, (1, 2)), status)]))
 
 
 def result(status: int, *values: int) -> bytes:
     return HEAD + struct.pack("<b3x", status) + numbers(*values)
 
 
-def read_result(reply: Any) -> tuple[int, list[int]]:
+def decode_result(reply: Any) -> tuple[int, list[int]]:
     assert isinstance(reply, bytes), reply
     (length,) = struct.unpack_from("<I", reply, 8)
     return reply[4], [*struct.unpack_from(f"<{length}i", reply, 12)]
@@ -194,7 +194,7 @@ def test_ros2_uses_an_action_of_ros1(bridge: RunningBridge, peer: ActionPeer) ->
         assert feedback == HEAD + UUID + numbers(0, 1)
         assert later.empty()
         goal.succeed(server.server.types.result(sequence=[0, 1, 1]))
-        assert read_result(later.get(timeout=PATIENCE)) == (Ros2Status.SUCCEEDED, [0, 1, 1])
+        assert decode_result(later.get(timeout=PATIENCE)) == (Ros2Status.SUCCEEDED, [0, 1, 1])
         assert peer.result(UUID) == (Ros2Status.SUCCEEDED, [0, 1, 1]), "it is kept"
         peer.await_status(UUID, Ros2Status.SUCCEEDED)
         (row,) = bridge.status()["actions"]
@@ -276,7 +276,7 @@ def test_a_goal_of_ros2_preempts_the_one_before(bridge: RunningBridge, peer: Act
         later = peer.start_result(UUID)
         other = UUID[::-1]
         assert peer.send_goal(other, 0) is True
-        assert read_result(later.get(timeout=PATIENCE)) == (Ros2Status.CANCELED, [])
+        assert decode_result(later.get(timeout=PATIENCE)) == (Ros2Status.CANCELED, [])
         assert peer.result(other) == (Ros2Status.SUCCEEDED, [8])
     finally:
         server.close()
@@ -289,7 +289,7 @@ def test_a_server_in_ros1_that_ends_and_starts_again(bridge: RunningBridge, peer
         server.get().accept()
         assert accepted() is True
         later = peer.start_result(UUID)
-    assert read_result(later.get(timeout=PATIENCE)) == (Ros2Status.ABORTED, [])
+    assert decode_result(later.get(timeout=PATIENCE)) == (Ros2Status.ABORTED, [])
     wait_until(lambda: not peer.graph.service(peer.action.send_goal.name).servers, "it is gone in ROS 2")
     with Fibonacci(bridge) as server:
         peer.use(keys())

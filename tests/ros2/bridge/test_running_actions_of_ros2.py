@@ -53,7 +53,7 @@ def test_ros1_uses_an_action_of_ros2(bridge: RunningBridge, peer: ActionPeer, cl
     peer.report(uuid, Ros2Status.EXECUTING)
     wait_until(lambda: goal.status is Status.ACTIVE, "it is active")
     asked = peer.asked("get_result")
-    assert asked.body == ros2_messages.write_uuid(uuid)
+    assert asked.body == ros2_messages.encode_uuid(uuid)
     peer.send(peer.action.feedback, HEAD + uuid + numbers(0, 1))
     assert feedback.get(timeout=PATIENCE).sequence == (0, 1)
     asked.respond(result(Ros2Status.SUCCEEDED, 0, 1, 1))
@@ -82,10 +82,10 @@ def test_ros1_cancels_a_goal_in_ros2(peer: ActionPeer, client: Any) -> None:
     asked = peer.asked("get_result")
     goal.cancel()
     refused = peer.asked("cancel_goal")
-    assert refused.body == ros2_messages.write_cancel(GoalInfo(uuid))
-    refused.respond(ros2_messages.write_cancel_response(CancelCode.REJECTED, []))
+    assert refused.body == ros2_messages.encode_cancel(GoalInfo(uuid))
+    refused.respond(ros2_messages.encode_cancel_response(CancelCode.REJECTED, []))
     goal.cancel()
-    peer.asked("cancel_goal").respond(ros2_messages.write_cancel_response(CancelCode.NONE, [GoalInfo(uuid)]))
+    peer.asked("cancel_goal").respond(ros2_messages.encode_cancel_response(CancelCode.NONE, [GoalInfo(uuid)]))
     wait_until(lambda: goal.status is Status.PREEMPTING, "it is being cancelled")
     asked.respond(result(Ros2Status.CANCELED, 1))
     assert goal.wait(PATIENCE) and goal.status is Status.PREEMPTED and values(goal) == [1]
@@ -96,9 +96,9 @@ def test_a_goal_of_ros1_that_is_cancelled_before_it_is_accepted(peer: ActionPeer
     asked = peer.asked("send_goal")
     goal.cancel()
     wait_until(lambda: goal.status is Status.RECALLING, "the bridge has noted it")
-    asked.respond(ros2_messages.write_goal_response(True, (0, 0)))
+    asked.respond(ros2_messages.encode_goal_response(True, (0, 0)))
     calls = {call.key: call for call in (peer.calls.get(timeout=PATIENCE) for _ in range(2))}  # they may overtake
-    calls[peer.action.cancel_goal].respond(ros2_messages.write_cancel_response(CancelCode.NONE, []))
+    calls[peer.action.cancel_goal].respond(ros2_messages.encode_cancel_response(CancelCode.NONE, []))
     calls[peer.action.get_result].respond(result(Ros2Status.CANCELED))
     assert goal.wait(PATIENCE) and goal.status is Status.PREEMPTED
 

@@ -3,7 +3,7 @@
 import assert from "node:assert/strict";
 import test from "node:test";
 
-import { JoyReader, ORDERS, Sender, arrangeInputs, joyAxis, names } from "../../../src/pyros1/web/page/lib/gamepad.js";
+import { JoyReader, ORDERS, Sender, arrangeInputs, inputNames, joyAxis } from "../../../src/pyros1/web/page/lib/gamepad.js";
 
 // A gamepad at rest, with some axes moved and some buttons pressed, by the browser's numbers.
 function gamepad(axes = {}, pressed = {}, mapping = "standard") {
@@ -88,7 +88,7 @@ test("a gamepad that the browser does not know keeps its own numbering", () => {
   for (const order of Object.keys(ORDERS)) {
     assert.deepEqual(arrangeInputs(pad, order).axes, [-1, 0, 0, 0]);
     assert.equal(arrangeInputs(pad, order).buttons[3], 1);
-    assert.deepEqual(names(pad, order), { axes: [], buttons: [] });
+    assert.deepEqual(inputNames(pad, order), { axes: [], buttons: [] });
   }
   const few = { mapping: "standard", axes: [1], buttons: [] }; // less than the standard has
   assert.deepEqual(joyAxis(arrangeInputs(few, "xbox").axes[0], 0), -1);
@@ -98,7 +98,7 @@ test("a gamepad that the browser does not know keeps its own numbering", () => {
 test("each axis and button has a name", () => {
   for (const order of Object.keys(ORDERS)) {
     const { axes, buttons } = arrangeInputs(gamepad(), order);
-    assert.deepEqual([names(gamepad(), order).axes.length, names(gamepad(), order).buttons.length], [axes.length, buttons.length]);
+    assert.deepEqual([inputNames(gamepad(), order).axes.length, inputNames(gamepad(), order).buttons.length], [axes.length, buttons.length]);
   }
 });
 

@@ -245,7 +245,7 @@ class _DiskSync:
         self._thread.start()
 
     def request(self) -> None:
-        """Start a sync, unless one is under way."""
+        """Request a sync. Requests made during a sync are combined into one, which follows it."""
         self._sync_requested.set()
 
     def close(self) -> None:

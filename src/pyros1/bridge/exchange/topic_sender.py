@@ -338,7 +338,9 @@ class TopicSender:
         if not self._limits.may_answer(peer, None, now):
             return []
         known = {
-            sent.local.md5sum: Definition(sent.local.type, sent.local.md5sum, _sendable(sent.local.definition))
+            sent.local.md5sum: Definition(
+                sent.local.type, sent.local.md5sum, _bounded_definition(sent.local.definition)
+            )
             for sent in self._sent.values()
             if peer in sent.receivers
         }
@@ -359,6 +361,6 @@ def _sendable_names(publishers: Iterable[str]) -> tuple[str, ...]:
     return tuple(sorted(filter(is_topic_name, publishers))[:MAX_PUBLISHERS])
 
 
-def _sendable(definition: str) -> str:
+def _bounded_definition(definition: str) -> str:
     """Return a definition's text; empty if it is too long to send, since messages are usable without it."""
     return definition if len(definition) <= MAX_DEFINITION else ""

@@ -187,7 +187,7 @@ class Pacer:
         self._finish(number)
 
     def _time_limit(self, site: str) -> float:
-        """Return the time within which an answer counts as in time."""
+        """Return how long an answer may take before it counts as late."""
         round_trip = self._round_trips.get(site, 0.0)
         return max(self._best.get(site, 0.0), round_trip) + round_trip + QUEUE_TIME
 
@@ -207,7 +207,7 @@ class Pacer:
 
     def _note_late(self, probe: _Probe, now: float) -> None:
         if not probe.in_time:
-            self._late_alone.clear()  # the network of all sites is slow
+            self._late_alone.clear()  # no site answered in time: the whole network is slow, not single sites
         for site in probe.late if probe.in_time else ():
             times = self._late_alone.setdefault(site, deque(maxlen=SLOW_COUNT))
             times.append(now)

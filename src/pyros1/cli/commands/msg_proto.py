@@ -91,7 +91,7 @@ def load_class(extension: str, type_name: str) -> Any:
         Error: the type is unknown.
     """
     if "/" not in type_name:
-        from pyros1.cli.shared.definitions import MESSAGE_KIND, SERVICE_KIND, find_full_names  # noqa: PLC0415 - shells pass full names
+        from pyros1.cli.shared.definitions import MESSAGE_KIND, SERVICE_KIND, find_full_names  # noqa: PLC0415 - rarely needed: shell completion passes full names
 
         names, _ = find_full_names(MESSAGE_KIND if extension == "msg" else SERVICE_KIND, type_name)
         type_name = names[0] if names else type_name

@@ -1,4 +1,4 @@
-"""Draws curves for terminals with braille characters, each of which is two dots wide and four dots high.
+"""Draws curves in a terminal, using braille characters, each of which is two dots wide and four dots high.
 
 This module has no side effects.
 """

@@ -54,7 +54,7 @@ print(json.dumps(missing))
 
 
 class Import(NamedTuple):
-    """An import that is executed whenever a program runs."""
+    """An unconditional import in a program: it is executed on every run."""
 
     module: str
     line: int

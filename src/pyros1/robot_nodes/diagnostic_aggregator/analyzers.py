@@ -56,7 +56,7 @@ class Analyzer:
         return False
 
     def report(self, now: float) -> list[DiagnosticStatus]:
-        """Return this analyzer's statuses at a time. The one with the analyzer's path summarizes the others."""
+        """Return this analyzer's statuses as of ``now``. The one with the analyzer's path summarizes the others."""
         return []
 
 

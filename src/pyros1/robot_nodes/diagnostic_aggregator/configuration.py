@@ -143,7 +143,7 @@ class AnalyzerFactory:
             return [] if value is None else [value]
         if isinstance(value, list) and all(isinstance(each, str) for each in value):
             return value
-        return parameters.reject(name, value, "a string or a list of strings", [])
+        return parameters.report_invalid(name, value, "a string or a list of strings", [])
 
     def _patterns(self, regexes: list[str], place: str) -> list[NamePattern]:
         patterns = []

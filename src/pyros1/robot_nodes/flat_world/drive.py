@@ -1,4 +1,4 @@
-"""How robots with two driven wheels move (no I/O).
+"""Motion model of differential-drive robots (no I/O).
 
 Arrays have a row for each robot. Speeds are in m/s and rad/s.
 """

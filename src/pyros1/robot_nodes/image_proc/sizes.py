@@ -139,9 +139,9 @@ class Crop:
             if pixels.shape[0] < by_y or pixels.shape[1] < by_x:
                 raise ImageError("the part of the image that is kept is smaller than one pixel of the result")
             pixels = decimate(pixels, by_y, by_x, self.interpolation)
-        return to_image(image.header, pixels, name), self._info(info, image, (x, y, width, height))
+        return to_image(image.header, pixels, name), self._adjust_info(info, image, (x, y, width, height))
 
-    def _info(self, info: Any, image: Any, part: tuple[int, int, int, int]) -> Any:
+    def _adjust_info(self, info: Any, image: Any, part: tuple[int, int, int, int]) -> Any:
         binning_x, binning_y = max(1, info.binning_x), max(1, info.binning_y)
         x, y, width, height = part
         result = deepcopy(info)

@@ -104,7 +104,7 @@ class ComplementaryFilter(OrientationFilter[Settings]):
     def _corrected(self, orientation: Quaternion, reading: Reading, gain_acc: float, gain_mag: float) -> Quaternion:
         """Return an orientation rotated towards one in which gravity is along z, and then the magnetic field along x.
 
-        The gains are the fractions of these rotations.
+        Each gain is the fraction of the corresponding rotation that is applied, from 0.0 to 1.0.
         """
         if any(reading.acceleration):
             x, y, z = rotate(orientation, reading.acceleration)

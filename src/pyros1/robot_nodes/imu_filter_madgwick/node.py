@@ -40,7 +40,7 @@ class Madgwick:
         for name, default in DEFAULTS.items():
             self._config[name] = parameters.number(name, default)
             if parameters.value(name) is not None and not is_number(parameters.value(name)):
-                node.params[f"~{name}"] = default  # the server would reject the value
+                node.params[f"~{name}"] = default  # the server would report_invalid the value
         self._server = Server(node, _make_parameters(), self._on_configured)
         debug = parameters.flag("publish_debug_topics", False)
         if debug:
@@ -75,7 +75,7 @@ def read_settings(parameters: PrivateParameters) -> Settings:
     """Read the filter's parameters that do not change while it is running."""
     name = parameters.text("world_frame", "enu")
     if name not in {frame.value for frame in WorldFrame}:
-        name = parameters.reject("world_frame", name, "enu, ned or nwu", "enu")
+        name = parameters.report_invalid("world_frame", name, "enu, ned or nwu", "enu")
     return Settings(
         world=WorldFrame(name),
         use_mag=parameters.flag("use_mag", True),

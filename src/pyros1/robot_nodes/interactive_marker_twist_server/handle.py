@@ -66,7 +66,7 @@ def read_settings(values: PrivateParameters) -> Settings:
     if isinstance(scales, Mapping):
         for name in scales:
             if name not in _AXES:
-                values.reject(f"linear_scale/{name}", scales[name], "for x, y or z", "none")
+                values.report_invalid(f"linear_scale/{name}", scales[name], "for x, y or z", "none")
         linear = {name: _read_scale(values, f"/{name}", 0.0, 0.0) for name in _AXES if name in scales}
     else:
         linear = {"x": _read_scale(values, "", 1.0, 1.0)}

@@ -123,7 +123,7 @@ class SpeckleFilter:
         return replace_rays(scan, ~kept, math.nan)
 
     def _by_range(self, ranges: Floats) -> Mask:
-        """Return at which rays a window begins in which all ranges are close to the first one."""
+        """Return a mask of window starts: True where all ranges in the window are close to its first one."""
         windows = np.lib.stride_tricks.sliding_window_view(ranges, self.window)
         far = np.abs(windows - windows[:, :1]) > self.max_difference
         good: Mask = ~(far | np.isnan(windows)).any(axis=1)

@@ -98,7 +98,7 @@ def _first_map(node: Node) -> Map:
     except ValueError:
         resolution = -1.0
     if not (isfinite(resolution) and resolution > 0):
-        raise Error(f"RESOLUTION must be a number of metres above 0, not {one_line(words[1], 100)!r}")
+        raise Error(f"RESOLUTION must be a positive number (metres per pixel), not {one_line(words[1], 100)!r}")
     node.log.warn("a map without YAML file is deprecated: write its resolution into MAP.yaml")
     values, defaults = PrivateParameters.of(node), Description(path, resolution)
     return load_picture(

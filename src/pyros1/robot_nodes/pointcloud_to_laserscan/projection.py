@@ -61,7 +61,7 @@ def read_settings(parameters: PrivateParameters) -> ScanSettings:
     angle_min = number("angle_min", default.angle_min, -_LARGEST_ANGLE, _LARGEST_ANGLE)
     angle_max = number("angle_max", default.angle_max, -_LARGEST_ANGLE, _LARGEST_ANGLE)
     if angle_max <= angle_min:
-        parameters.reject("angle_max", angle_max, f"more than angle_min, {angle_min:g}", default.angle_max)
+        parameters.report_invalid("angle_max", angle_max, f"more than angle_min, {angle_min:g}", default.angle_max)
         angle_min, angle_max = default.angle_min, default.angle_max
     smallest = max((angle_max - angle_min) / MAX_RAYS, _SMALLEST_INCREMENT)
     return ScanSettings(

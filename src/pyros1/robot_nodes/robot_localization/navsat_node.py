@@ -133,7 +133,7 @@ class NavsatNode:
             self._node.log.info("waiting for the service datum, since wait_for_datum is set")
             return
         if not (isinstance(datum, list) and len(datum) >= 3 and all(map(is_number, datum[:3]))):
-            parameters.reject(
+            parameters.report_invalid(
                 "datum", datum, "a list of latitude and longitude in degrees, and a heading in radians", ""
             )
             return

@@ -162,7 +162,7 @@ def _read_sensors(parameters: PrivateParameters, kind: str) -> list[SensorSettin
         mask[unused] = False
         if not topic or not mask.any():
             expected = f"a list of {SIZE} bools, true for what to use of {name}"
-            parameters.reject(f"{name}_config", config, expected, f"nothing of {name}")
+            parameters.report_invalid(f"{name}_config", config, expected, f"nothing of {name}")
             continue
         sensors.append(_read_sensor(parameters, kind, name, topic, mask))
     return sensors
@@ -209,7 +209,9 @@ def _read_flags(parameters: PrivateParameters, name: str, default: list[bool]) -
     if value is None:
         return default
     flags = _as_flags(value, len(default))
-    return parameters.reject(name, value, f"a list of {len(default)} bools", default) if flags is None else flags
+    return (
+        parameters.report_invalid(name, value, f"a list of {len(default)} bools", default) if flags is None else flags
+    )
 
 
 def _as_flags(value: object, size: int) -> list[bool] | None:
@@ -222,7 +224,7 @@ def _read_numbers(parameters: PrivateParameters, name: str, default: list[float]
     value = parameters.value(name)
     numbers = _as_numbers(value, len(default))
     if numbers is None and value is not None:
-        parameters.reject(name, value, f"a list of {len(default)} numbers", default)
+        parameters.report_invalid(name, value, f"a list of {len(default)} numbers", default)
     return np.array(default if numbers is None else numbers)
 
 
@@ -232,7 +234,7 @@ def _read_matrix(parameters: PrivateParameters, name: str, default: Array) -> Ar
     if numbers is not None:
         return np.array(numbers).reshape(SIZE, SIZE)
     if value is not None:
-        parameters.reject(name, value, f"a list of {SIZE * SIZE} numbers, row by row", "the default")
+        parameters.report_invalid(name, value, f"a list of {SIZE * SIZE} numbers, row by row", "the default")
     return default
 
 

@@ -29,7 +29,7 @@ from pyros1.robot_nodes.robot_localization.motion import (
 
 @dataclass(frozen=True)
 class Spread:
-    """How the states around the estimate are chosen.
+    """How the sigma points are spread around the estimate.
 
     Attributes:
         alpha: affects how far they are from the estimate; more than 0.

@@ -163,4 +163,4 @@ def check_degrees(latitude: float, longitude: float) -> None:
 def check_metres(*metres: float) -> None:
     """Raise a `UtmError` if a number is too large for the Earth, or nan."""
     if not all(abs(each) <= _MAX_METRES for each in metres):
-        raise UtmError(f"{', '.join(f'{each:g}' for each in metres)} m is too far away from the Earth")
+        raise UtmError(f"coordinates out of range: {', '.join(f'{each:g}' for each in metres)} (in metres)")

@@ -62,7 +62,7 @@ class FrameReader:
         self._sums = bytearray(1)
 
     @property
-    def is_inside(self) -> bool:
+    def has_partial_frame(self) -> bool:
         """Whether there is an incomplete frame."""
         return bool(self._buffer)
 

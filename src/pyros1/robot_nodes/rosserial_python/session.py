@@ -74,7 +74,7 @@ class Send:
 
 @dataclass(frozen=True)
 class Say:
-    """Log a line about the link; ``level`` is one of rosserial_msgs/Log."""
+    """Log a line about the link; ``level`` is one of the constants of rosserial_msgs/Log."""
 
     level: int
     text: str
@@ -162,7 +162,7 @@ class Session:
     def tick(self, now: float) -> list[Action]:
         """Return the actions that are due; to be called several times per second."""
         actions: list[Action] = []
-        if self._reader.is_inside and now - self._last_bytes > MAX_GAP:
+        if self._reader.has_partial_frame and now - self._last_bytes > MAX_GAP:
             actions += self._handle(self._reader.give_up(), now)
         silence = now - self._last_frame
         if silence > LOST_AFTER and not self._has_complained:

@@ -62,7 +62,7 @@ class PrivateParameters:
             return default
         if is_number(value) and minimum <= value <= maximum:
             return float(value)
-        return self.reject(name, value, f"a number{_describe_range(minimum, maximum)}", default)
+        return self.report_invalid(name, value, f"a number{_describe_range(minimum, maximum)}", default)
 
     def integer(self, name: str, default: int, minimum: float = -inf, maximum: float = inf) -> int:
         """Return an integer from `minimum` to `maximum`. As in roscpp, other numbers are rounded."""
@@ -71,23 +71,23 @@ class PrivateParameters:
             return default
         if is_number(value) and minimum <= round(value) <= maximum:
             return round(value)
-        return self.reject(name, value, f"an integer{_describe_range(minimum, maximum)}", default)
+        return self.report_invalid(name, value, f"an integer{_describe_range(minimum, maximum)}", default)
 
     def flag(self, name: str, default: bool) -> bool:
         """Return a bool. As in roscpp, numbers do not count as bools."""
         value = self.value(name)
         if value is None or isinstance(value, bool):
             return default if value is None else value
-        return self.reject(name, value, "true or false", default)
+        return self.report_invalid(name, value, "true or false", default)
 
     def text(self, name: str, default: str) -> str:
         """Return a string."""
         value = self.value(name)
         if value is None or isinstance(value, str):
             return default if value is None else value
-        return self.reject(name, value, "a string", default)
+        return self.report_invalid(name, value, "a string", default)
 
-    def reject(self, name: str, value: object, expected: str, default: _Default) -> _Default:
+    def report_invalid(self, name: str, value: object, expected: str, default: _Default) -> _Default:
         """Report a parameter's invalid value, and return the default."""
         value_text = one_line(repr(value), 100)
         if isinstance(value, str) and _EXPONENT.fullmatch(value):

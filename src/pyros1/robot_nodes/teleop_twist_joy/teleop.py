@@ -117,7 +117,9 @@ def _read_axes(
     axes = []
     for name, number in mapping.items():
         if name not in names or not is_number(number):
-            values.reject(f"axis_{vector}/{name}", number, f"the number of an axis for {', '.join(names)}", "no axis")
+            values.report_invalid(
+                f"axis_{vector}/{name}", number, f"the number of an axis for {', '.join(names)}", "no axis"
+            )
             continue
         scales = [_read_scale(values, f"scale_{vector}{end}", name) for end in ("", "_turbo")]
         axes.append(Axis(vector, names[name], round(number), *scales))
@@ -128,5 +130,5 @@ def _read_scale(values: PrivateParameters, parameter: str, name: str) -> float:
     """Return the scale of one component; 0 if it has none, as in stock ROS."""
     scales = values.value(parameter)
     if scales is not None and not isinstance(scales, dict):
-        return values.reject(parameter, scales, "a mapping, as the axes are", 0.0)
+        return values.report_invalid(parameter, scales, "a mapping, as the axes are", 0.0)
     return values.number(f"{parameter}/{name}", 0.0)

@@ -114,7 +114,7 @@ class VelocitySmoother:
         """Stop the robot if simulated time stands still, since no more steps are made then."""
         with self._lock:
             if self._clock.stands_still() and self._output.stop():
-                self._smoother.halt()
+                self._smoother.on_stopped()
                 self._node.log.error("stopped the robot, since /clock has stopped")
 
     def _step(self) -> None:

@@ -91,7 +91,7 @@ class Smoother:
         """The robot moves with this velocity."""
         self._robot = (velocity, now)
 
-    def halt(self) -> None:
+    def on_stopped(self) -> None:
         """The robot has been stopped immediately; it stands still until the next command."""
         self._target = self._last = STANDSTILL
         self._is_active = False

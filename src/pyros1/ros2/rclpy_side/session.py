@@ -1,4 +1,4 @@
-"""A bridge's node in ROS 2 through rclpy.
+"""A bridge's ROS 2 node, implemented with rclpy.
 
 Messages are sent and received encoded. A session has two threads: one runs rclpy's executor, and creates and destroys
 all of the node's entities, so that rclpy never waits on an entity that is being destroyed; the other polls the graph.

@@ -41,7 +41,7 @@ def start(node: Node) -> VideoServer:
     default_type = parameters.text("default_stream_type", "mjpeg")
     if default_type not in STREAM_TYPES:
         expected = f"one of {', '.join(STREAM_TYPES)}"
-        default_type = parameters.reject("default_stream_type", default_type, expected, "mjpeg")
+        default_type = parameters.report_invalid("default_stream_type", default_type, expected, "mjpeg")
     if default_type in VIDEO_TYPES:
         try:
             import_av(default_type)

@@ -228,7 +228,9 @@ def test_large_requests_go_at_the_pace_of_the_network(calls: Calls) -> None:
 
 def test_parameters(calls: Calls) -> None:
     assert ended(calls.ask_parameters(1, "blue", b"?", 9.0, 0.0))[0].body == b"there is no site blue; there are: red"
-    assert b"lets no one here read its parameters" in ended(calls.ask_parameters(1, "red", b"?", 9.0, 0.0))[0].body
+    assert (
+        b"does not let this site read its parameters" in ended(calls.ask_parameters(1, "red", b"?", 9.0, 0.0))[0].body
+    )
     assert calls.set_offers("red", [offered(), offered(PARAMETERS)]) == [], "it is not provided here"
     (packet,) = calls.ask_parameters(1, "red", b"?", 9.0, 0.0)
     assert isinstance(packet, Send) and packet.key == f"call/red/red{PARAMETERS}" and packet.body == b"?"

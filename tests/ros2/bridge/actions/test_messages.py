@@ -34,48 +34,48 @@ def test_ros1s_messages() -> None:
     goal: Any = load_message("actionlib_tutorials/FibonacciActionGoal")()
     goal.goal_id.id, goal.goal_id.stamp, goal.header.frame_id, goal.goal.order = "a", Time(1, 2), "map", 7
     body = struct.pack("<i", 7)
-    assert ros1_messages.read_goal(encode(goal)) == ("a", (1, 2), body)
+    assert ros1_messages.decode_goal(encode(goal)) == ("a", (1, 2), body)
     goal.header.frame_id, goal.goal_id.stamp, goal.header.stamp = "", Time(), Time(8, 9)
-    assert ros1_messages.write_goal((8, 9), "a", body) == encode(goal)
+    assert ros1_messages.encode_goal((8, 9), "a", body) == encode(goal)
     goal_id = load_message("actionlib_msgs/GoalID")(Time(1, 2), "a")
-    assert ros1_messages.write_cancel("a", (1, 2)) == encode(goal_id)
-    assert ros1_messages.read_cancel(encode(goal_id)) == ("a", (1, 2))
+    assert ros1_messages.encode_cancel("a", (1, 2)) == encode(goal_id)
+    assert ros1_messages.decode_cancel(encode(goal_id)) == ("a", (1, 2))
     result: Any = load_message("actionlib_tutorials/FibonacciActionResult")(status=ros1_status(STATUSES[0]))
     result.header.stamp, result.result.sequence = Time(8, 9), [5]
-    assert ros1_messages.read_result(encode(result)) == (STATUSES[0], struct.pack("<Ii", 1, 5))
-    assert ros1_messages.write_result((8, 9), STATUSES[0], struct.pack("<Ii", 1, 5)) == encode(result)
+    assert ros1_messages.decode_result(encode(result)) == (STATUSES[0], struct.pack("<Ii", 1, 5))
+    assert ros1_messages.encode_result((8, 9), STATUSES[0], struct.pack("<Ii", 1, 5)) == encode(result)
     statuses: Any = load_message("actionlib_msgs/GoalStatusArray")(status_list=[*map(ros1_status, STATUSES)])
     statuses.header.stamp = Time(8, 9)
-    assert ros1_messages.write_statuses((8, 9), STATUSES) == encode(statuses)
-    assert ros1_messages.read_statuses(encode(statuses)) == STATUSES
+    assert ros1_messages.encode_statuses((8, 9), STATUSES) == encode(statuses)
+    assert ros1_messages.decode_statuses(encode(statuses)) == STATUSES
 
 
 def test_ros2s_messages() -> None:
     info = GoalInfo(UUID, (1, 2))
-    assert ros2_messages.read_uuid(ros2_messages.write_uuid(UUID)) == UUID
-    assert ros2_messages.read_cancel(ros2_messages.write_cancel(info)) == info
-    assert ros2_messages.read_goal_response(ros2_messages.write_goal_response(True, (1, 2))) == (True, (1, 2))
-    assert ros2_messages.read_goal_response(b"\0\0\0\0" + struct.pack(">?3xiI", True, 1, 2)) == (True, (1, 2))
-    assert ros2_messages.read_goal_response(b"\0\1\0\0" + struct.pack("<?3xiI", True, -1, 2)) == (True, (0, 2))
+    assert ros2_messages.decode_uuid(ros2_messages.encode_uuid(UUID)) == UUID
+    assert ros2_messages.decode_cancel(ros2_messages.encode_cancel(info)) == info
+    assert ros2_messages.decode_goal_response(ros2_messages.encode_goal_response(True, (1, 2))) == (True, (1, 2))
+    assert ros2_messages.decode_goal_response(b"\0\0\0\0" + struct.pack(">?3xiI", True, 1, 2)) == (True, (1, 2))
+    assert ros2_messages.decode_goal_response(b"\0\1\0\0" + struct.pack("<?3xiI", True, -1, 2)) == (True, (0, 2))
     goals = [info, GoalInfo(UUID[::-1], (3, 4))]
-    assert ros2_messages.read_cancel_response(ros2_messages.write_cancel_response(2, goals)) == (2, goals)
+    assert ros2_messages.decode_cancel_response(ros2_messages.encode_cancel_response(2, goals)) == (2, goals)
     reported = [ReportedGoal(info, 4), ReportedGoal(goals[1], 5), ReportedGoal(info, -1)]
-    body = ros2_messages.write_statuses(reported)
-    assert ros2_messages.read_statuses(body) == reported
+    body = ros2_messages.encode_statuses(reported)
+    assert ros2_messages.decode_statuses(body) == reported
 
 
 @pytest.mark.parametrize(
     "read",
     [
-        ros1_messages.read_goal,
-        ros1_messages.read_cancel,
-        ros1_messages.read_result,
-        ros1_messages.read_statuses,
-        ros2_messages.read_uuid,
-        ros2_messages.read_cancel,
-        ros2_messages.read_goal_response,
-        ros2_messages.read_cancel_response,
-        ros2_messages.read_statuses,
+        ros1_messages.decode_goal,
+        ros1_messages.decode_cancel,
+        ros1_messages.decode_result,
+        ros1_messages.decode_statuses,
+        ros2_messages.decode_uuid,
+        ros2_messages.decode_cancel,
+        ros2_messages.decode_goal_response,
+        ros2_messages.decode_cancel_response,
+        ros2_messages.decode_statuses,
     ],
 )
 @pytest.mark.parametrize("body", [b"", b"\0\1\0\0", b"\0\1\0\0" + b"\1" * 5])
@@ -87,17 +87,17 @@ def test_messages_that_are_not_valid(read: Any, body: bytes) -> None:
 def test_messages_that_are_too_large() -> None:
     many = [ReportedGoal(GoalInfo(UUID), 1)] * 1001
     with pytest.raises(MessageError, match="more than 1000"):
-        ros2_messages.read_statuses(ros2_messages.write_statuses(many))
+        ros2_messages.decode_statuses(ros2_messages.encode_statuses(many))
     with pytest.raises(MessageError, match="more than 1000"):
-        ros1_messages.read_statuses(ros1_messages.write_statuses((0, 0), [STATUSES[0]] * 1001))
+        ros1_messages.decode_statuses(ros1_messages.encode_statuses((0, 0), [STATUSES[0]] * 1001))
     with pytest.raises(MessageError, match="more than 1000"):
-        ros1_messages.read_cancel(ros1_messages.write_cancel("x" * 1001, (0, 0)))
+        ros1_messages.decode_cancel(ros1_messages.encode_cancel("x" * 1001, (0, 0)))
 
 
 def test_lengths_that_are_not_valid() -> None:
     with pytest.raises(MessageError, match="ends too early"):
-        ros1_messages.read_cancel(bytes(8) + b"\xff\xff\xff\x7f")
+        ros1_messages.decode_cancel(bytes(8) + b"\xff\xff\xff\x7f")
     with pytest.raises(MessageError, match="more than 1000"):
-        ros2_messages.read_cancel_response(b"\0\1\0\0" + bytes(4) + b"\xff" * 4)
+        ros2_messages.decode_cancel_response(b"\0\1\0\0" + bytes(4) + b"\xff" * 4)
     with pytest.raises(MessageError, match="is not CDR"):
-        ros2_messages.read_uuid(b"\7" * 20)
+        ros2_messages.decode_uuid(b"\7" * 20)

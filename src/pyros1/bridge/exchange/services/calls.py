@@ -212,8 +212,8 @@ class Calls:
         if peer in self._peers and self._peers[peer].is_present and peer not in self._readable:
             return _fail(
                 token,
-                f"site {peer} lets no one here read its parameters; allow it there with --params, and if `sites` there "
-                f"limits {self._rules.site}, let it call {service}",
+                f"site {peer} does not let this site read its parameters: run the bridge of {peer} with --params; if "
+                f"its `sites` restricts {self._rules.site}, also allow {self._rules.site} to call {service}",
             )
         return self._begin(token, peer, service, request, timeout, None, now)
 

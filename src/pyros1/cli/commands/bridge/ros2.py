@@ -286,8 +286,8 @@ VERB = Verb(
         "--distribution",
         default="jazzy",
         metavar="NAME",
-        help="the ROS 2 distribution whose types to use if no ROS 2 node tells: humble, jazzy (default), "
-        "...; through rclpy, the installed types are used",
+        help="the ROS 2 distribution whose types are used if no ROS 2 node reports its own: humble, jazzy "
+        "(default), ...; with rclpy, the installed types are used",
     ),
     Option(
         "--parameters",

@@ -59,7 +59,7 @@ def _status(invocation: Invocation, options: Any, args: list[str]) -> None:
     print(f"Python:  {sys.executable}")
     if rospy_file is None:
         print(
-            "rospy:   none; only programs that pyros1 starts find it. `pyros1 rospy enable` makes it available to all."
+            "rospy:   none; only programs started by pyros1 find its rospy. `pyros1 rospy enable` enables it for all."
         )
     elif rospy_file.startswith(MODULES_FOLDER):
         print(f"rospy:   pyros1's, {os.path.dirname(rospy_file)}")

@@ -1,4 +1,4 @@
-"""Server of an action that executes one goal at a time, the newest one (https://wiki.ros.org/actionlib)."""
+"""Action server that executes one goal at a time, always the newest (https://wiki.ros.org/actionlib)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Search paths of definitions on command lines."""
+"""Parses command-line arguments that give the search paths for message definitions."""
 
 from __future__ import annotations
 

@@ -66,7 +66,7 @@ class MenuHandler:
         return handle
 
     def setVisible(self, handle: int, visible: bool) -> bool:
-        """Show or hide an entry from the next `reApply` on; return whether the entry exists."""
+        """Show or hide an entry; takes effect at the next `reApply`. Return whether the entry exists."""
         context = self.entry_contexts_.get(handle)
         if context is not None:
             context.visible = visible

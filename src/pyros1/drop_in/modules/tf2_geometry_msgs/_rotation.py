@@ -45,7 +45,7 @@ def to_quaternion(matrix: Matrix) -> tuple[float, float, float, float]:
 
 
 def multiply(left: Matrix, right: Matrix) -> Matrix:
-    """Return the product of two matrices (3, 3)."""
+    """Return the product of two 3x3 matrices."""
     (ax, ay, az), (bx, by, bz), (cx, cy, cz) = (rotate(left, column) for column in zip(*right, strict=True))
     return (ax, bx, cx), (ay, by, cy), (az, bz, cz)
 

@@ -120,7 +120,7 @@ class BufferCore:
         return self._core.chain_full(target_frame, times[0], source_frame, times[1], fixed_frame)
 
     def _wait(self, timeout: float, target_frame: str, source_frame: str, time: Any) -> bool:
-        """Wait some seconds of wall time for a transform; return whether it is available."""
+        """Wait up to ``timeout`` seconds of wall time for a transform; return whether it is available."""
         return self._core.can_transform(target_frame, source_frame, _require_time(time), timeout)
 
     def _wait_full(

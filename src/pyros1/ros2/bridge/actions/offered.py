@@ -53,7 +53,7 @@ class OfferedAction:
         self._inbox = inbox
         self._warn = warn
         self._goals = GoalsToRos1()
-        self._statuses = ros2_messages.write_statuses(())
+        self._statuses = ros2_messages.encode_statuses(())
         self._has_status = False
         self._publishers: dict[str, Publisher[AnyMsg]] = {}
         self._subscribers: list[Subscriber[AnyMsg]] = []
@@ -113,15 +113,15 @@ class OfferedAction:
             self._warn(f"cannot use a message of the action {self.plan.local.name}: %s", error)
 
     def _on_statuses(self, body: bytes) -> None:
-        statuses = ros1_messages.read_statuses(body)
+        statuses = ros1_messages.decode_statuses(body)
         self._has_status = True
         self._do(self._goals.on_statuses(statuses, time.monotonic()))
 
     def _on_feedback(self, body: bytes) -> None:
-        self._do(self._goals.on_feedback(*ros1_messages.read_result(body), time.monotonic()))
+        self._do(self._goals.on_feedback(*ros1_messages.decode_result(body), time.monotonic()))
 
     def _on_result(self, body: bytes) -> None:
-        self._do(self._goals.on_result(*ros1_messages.read_result(body), time.monotonic()))
+        self._do(self._goals.on_result(*ros1_messages.decode_result(body), time.monotonic()))
 
     def on_call(self, call: Call) -> None:
         """Handle a call from a client in ROS 2."""
@@ -132,9 +132,9 @@ class OfferedAction:
                 size = ros2_messages.UUID_SIZE
                 self._do(self._goals.on_goal(call, goal[:size], goal[size:], time.monotonic()))
             elif call.key == keys.get_result:
-                self._do(self._goals.on_result_request(call, ros2_messages.read_uuid(call.body)))
+                self._do(self._goals.on_result_request(call, ros2_messages.decode_uuid(call.body)))
             else:
-                self._do(self._goals.on_cancel(call, ros2_messages.read_cancel(call.body)))
+                self._do(self._goals.on_cancel(call, ros2_messages.decode_cancel(call.body)))
         except MessageError as error:
             call.fail(str(error))
             self._warn(f"cannot use a call of the action {self.plan.local.name}: %s", error)
@@ -168,15 +168,15 @@ class OfferedAction:
         keys, pair = self.plan.keys, self.plan.pair
         match step:
             case steps.SendGoal(name, goal):
-                self._publishers["goal"].publish(AnyMsg(ros1_messages.write_goal(NO_STAMP, name, goal)))
+                self._publishers["goal"].publish(AnyMsg(ros1_messages.encode_goal(NO_STAMP, name, goal)))
             case steps.SendCancel(name, stamp):
-                self._publishers["cancel"].publish(AnyMsg(ros1_messages.write_cancel(name, stamp)))
+                self._publishers["cancel"].publish(AnyMsg(ros1_messages.encode_cancel(name, stamp)))
             case steps.AnswerGoal(call, accepted, stamp):
-                _respond(call, ros2_messages.write_goal_response(accepted, stamp))
+                _respond(call, ros2_messages.encode_goal_response(accepted, stamp))
             case steps.AnswerResult(call, status, result):
                 _respond(call, self._result(status, result))
             case steps.AnswerCancel(call, code, goals):
-                _respond(call, ros2_messages.write_cancel_response(code, goals))
+                _respond(call, ros2_messages.encode_cancel_response(code, goals))
             case steps.EndWithoutResponse(call, text):
                 assert isinstance(call, Call)
                 call.fail(text)
@@ -184,7 +184,7 @@ class OfferedAction:
                 body = pair.to_feedback.to_cdr(uuid + feedback)
                 self._send(Send(data_key(keys.feedback), b"", body, Priority.NORMAL))
             case steps.SendStatuses(reported):
-                self._statuses = ros2_messages.write_statuses(reported)
+                self._statuses = ros2_messages.encode_statuses(reported)
                 self._send_statuses()
 
     def _result(self, status: int, result: bytes | None) -> bytes:

@@ -111,14 +111,14 @@ class ProvidedAction:
             self._warn(f"cannot use a message of the action {self.plan.name}: %s", error)
 
     def _on_goal(self, body: bytes) -> None:
-        name, stamp, goal = ros1_messages.read_goal(body)
+        name, stamp, goal = ros1_messages.decode_goal(body)
         now = time.monotonic()
         self._do(self._goals.on_goal(name, stamp, goal, now, _ros_now()))
         if self._is_gone:
             self._do(self._goals.on_lost(_GONE, now))
 
     def _on_cancel(self, body: bytes) -> None:
-        self._do(self._goals.on_cancel(*ros1_messages.read_cancel(body), time.monotonic()))
+        self._do(self._goals.on_cancel(*ros1_messages.decode_cancel(body), time.monotonic()))
 
     # Messages from ROS 2 ----------------------------------------------------------------------------------------------
 
@@ -131,12 +131,12 @@ class ProvidedAction:
         self._do(self._goals.on_feedback(data[:UUID_SIZE], data[UUID_SIZE:]))
 
     def _on_statuses(self, body: bytes) -> None:
-        self._do(self._goals.on_statuses(ros2_messages.read_statuses(body), time.monotonic()))
+        self._do(self._goals.on_statuses(ros2_messages.decode_statuses(body), time.monotonic()))
 
     def _on_goal_reply(self, uuid: bytes, reply: Reply) -> None:
         accepted, text = None, ""
         try:
-            accepted, _ = ros2_messages.read_goal_response(_body_of(reply))
+            accepted, _ = ros2_messages.decode_goal_response(_body_of(reply))
         except Error as error:
             text = _text_of(error)
         self._do(self._goals.on_goal_response(uuid, accepted, text, time.monotonic()))
@@ -156,7 +156,7 @@ class ProvidedAction:
     def _on_cancel_reply(self, uuid: bytes, reply: Reply) -> None:
         goals: list[GoalInfo] = []
         try:
-            _, goals = ros2_messages.read_cancel_response(_body_of(reply))
+            _, goals = ros2_messages.decode_cancel_response(_body_of(reply))
         except Error as error:
             self._warn(f"the action {self.plan.name} in ROS 2 did not respond to a request to cancel a goal: %s", error)
         self._do(self._goals.on_cancel_response(uuid, goals, time.monotonic()))
@@ -198,18 +198,18 @@ class ProvidedAction:
                     return
                 self._call(keys.send_goal, body, self._call_time, partial(self._on_goal_reply, uuid))
             case steps.CallResult(uuid):
-                body = ros2_messages.write_uuid(uuid)
+                body = ros2_messages.encode_uuid(uuid)
                 self._call(keys.get_result, body, RESULT_CALL_TIME, partial(self._on_result_reply, uuid))
             case steps.CallCancel(uuid):
-                body = ros2_messages.write_cancel(GoalInfo(uuid, NO_STAMP))
+                body = ros2_messages.encode_cancel(GoalInfo(uuid, NO_STAMP))
                 self._call(keys.cancel_goal, body, self._call_time, partial(self._on_cancel_reply, uuid))
             case steps.PublishResult(status, result):
-                body = ros1_messages.write_result(_ros_now(), status, pair.empty_result if result is None else result)
+                body = ros1_messages.encode_result(_ros_now(), status, pair.empty_result if result is None else result)
                 self._publishers["result"].publish(AnyMsg(body))
             case steps.PublishFeedback(status, feedback):
-                self._publishers["feedback"].publish(AnyMsg(ros1_messages.write_result(_ros_now(), status, feedback)))
+                self._publishers["feedback"].publish(AnyMsg(ros1_messages.encode_result(_ros_now(), status, feedback)))
             case steps.PublishStatuses(statuses):
-                self._publishers["status"].publish(AnyMsg(ros1_messages.write_statuses(_ros_now(), statuses)))
+                self._publishers["status"].publish(AnyMsg(ros1_messages.encode_statuses(_ros_now(), statuses)))
 
     def _call(self, key: DataKey, body: bytes, timeout: float, done: Callable[[Reply], object]) -> None:
         def put(reply: Reply) -> None:

@@ -81,26 +81,26 @@ class _Reader:
         return self._body[self._at :]
 
 
-def read_goal(body: bytes) -> tuple[str, Stamp, bytes]:
+def decode_goal(body: bytes) -> tuple[str, Stamp, bytes]:
     """Return a goal's id and stamp, and the encoded goal; all functions raise MessageError for invalid messages."""
     reader = _Reader(body)
     reader.header()
     return *reader.goal_id(), reader.rest()
 
 
-def read_cancel(body: bytes) -> tuple[str, Stamp]:
+def decode_cancel(body: bytes) -> tuple[str, Stamp]:
     """Return the id and stamp in a cancel request."""
     return _Reader(body).goal_id()
 
 
-def read_result(body: bytes) -> tuple[GoalStatus, bytes]:
+def decode_result(body: bytes) -> tuple[GoalStatus, bytes]:
     """Return the status and the encoded result (or feedback) in a result (or feedback) message."""
     reader = _Reader(body)
     reader.header()
     return reader.status(), reader.rest()
 
 
-def read_statuses(body: bytes) -> list[GoalStatus]:
+def decode_statuses(body: bytes) -> list[GoalStatus]:
     """Return the statuses in an array."""
     reader = _Reader(body)
     reader.header()
@@ -110,23 +110,23 @@ def read_statuses(body: bytes) -> list[GoalStatus]:
     return [reader.status() for _ in range(length)]
 
 
-def write_goal(stamp: Stamp, name: str, goal: bytes) -> bytes:
-    """Return the message of a goal, given what `read_goal` returns."""
+def encode_goal(stamp: Stamp, name: str, goal: bytes) -> bytes:
+    """Return the message of a goal, given what `decode_goal` returns."""
     # The goal id's stamp is zero, so the server sets it from its own clock, which may be simulated.
     return _header(stamp) + _TIME.pack(0, 0) + _text(name) + goal
 
 
-def write_cancel(name: str, stamp: Stamp) -> bytes:
+def encode_cancel(name: str, stamp: Stamp) -> bytes:
     """Return a cancel request."""
     return _TIME.pack(*stamp) + _text(name)
 
 
-def write_result(now: Stamp, status: GoalStatus, result: bytes) -> bytes:
+def encode_result(now: Stamp, status: GoalStatus, result: bytes) -> bytes:
     """Return the message of a result, or of feedback."""
     return _header(now) + _status(status) + result
 
 
-def write_statuses(now: Stamp, statuses: Iterable[GoalStatus]) -> bytes:
+def encode_statuses(now: Stamp, statuses: Iterable[GoalStatus]) -> bytes:
     """Return an array of statuses."""
     parts = [*map(_status, statuses)]
     return b"".join((_header(now), _LENGTH.pack(len(parts)), *parts))

@@ -85,18 +85,18 @@ class _Reader:
         return GoalInfo(uuid, (max(0, seconds), min(nanoseconds, _MAX_NANOSECONDS)))
 
 
-def read_uuid(data: bytes) -> bytes:
+def decode_uuid(data: bytes) -> bytes:
     """Return the UUID in a request for a result; all functions raise MessageError if the message is invalid."""
     (uuid,) = _Reader(data).unpack("16s")
     return bytes(uuid)
 
 
-def read_cancel(data: bytes) -> GoalInfo:
+def decode_cancel(data: bytes) -> GoalInfo:
     """Return the goal and stamp in a cancel request."""
     return _Reader(data).info()
 
 
-def read_goal_response(data: bytes) -> tuple[bool, Stamp]:
+def decode_goal_response(data: bytes) -> tuple[bool, Stamp]:
     """Return whether a goal was accepted, and when."""
     reader = _Reader(data)
     (accepted,) = reader.unpack("B")
@@ -104,14 +104,14 @@ def read_goal_response(data: bytes) -> tuple[bool, Stamp]:
     return accepted != 0, (max(0, seconds), min(nanoseconds, _MAX_NANOSECONDS))
 
 
-def read_cancel_response(data: bytes) -> tuple[int, list[GoalInfo]]:
-    """Return a `CancelCode`, or another number, and the goals that are being cancelled."""
+def decode_cancel_response(data: bytes) -> tuple[int, list[GoalInfo]]:
+    """Return the code (a `CancelCode`, or any other number that a server sends) and the goals being cancelled."""
     reader = _Reader(data)
     (code,) = reader.unpack("b")
     return code, [reader.info() for _ in range(_length(reader))]
 
 
-def read_statuses(data: bytes) -> list[ReportedGoal]:
+def decode_statuses(data: bytes) -> list[ReportedGoal]:
     """Return the statuses in an array."""
     reader = _Reader(data)
     return [ReportedGoal(reader.info(), reader.unpack("b")[0]) for _ in range(_length(reader))]
@@ -124,27 +124,27 @@ def _length(reader: _Reader) -> int:
     return int(length)
 
 
-def write_uuid(uuid: bytes) -> bytes:
+def encode_uuid(uuid: bytes) -> bytes:
     """Return a request for a result."""
     return _HEAD + uuid
 
 
-def write_cancel(info: GoalInfo) -> bytes:
+def encode_cancel(info: GoalInfo) -> bytes:
     """Return a cancel request."""
     return _HEAD + _info(info)
 
 
-def write_goal_response(accepted: bool, stamp: Stamp) -> bytes:
+def encode_goal_response(accepted: bool, stamp: Stamp) -> bytes:
     """Return the response to a goal."""
     return _HEAD + struct.pack("<?3x", accepted) + _stamp(stamp)
 
 
-def write_cancel_response(code: int, goals: Sequence[GoalInfo]) -> bytes:
+def encode_cancel_response(code: int, goals: Sequence[GoalInfo]) -> bytes:
     """Return the response to a cancel request."""
     return _HEAD + struct.pack("<b3xI", code, len(goals)) + b"".join(map(_info, goals))
 
 
-def write_statuses(goals: Iterable[ReportedGoal]) -> bytes:
+def encode_statuses(goals: Iterable[ReportedGoal]) -> bytes:
     """Return an array of statuses."""
     goals = [*goals]
     data = bytearray(_HEAD + struct.pack("<I", len(goals)))

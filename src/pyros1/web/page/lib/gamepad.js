@@ -51,8 +51,8 @@ export function arrangeInputs(pad, order) {
   return { axes: ORDERS[order].axes.map(axis), buttons: ORDERS[order].buttons.map(button) };
 }
 
-// Return the names of an axis and a button of a pad in an order.
-export function names(pad, order) {
+// Return the names of a pad's axes and buttons, in the given order.
+export function inputNames(pad, order) {
   if (pad.mapping !== "standard") return { axes: [], buttons: [] };
   return { axes: ORDERS[order].axes, buttons: ORDERS[order].buttons };
 }

@@ -7,7 +7,7 @@ import { FileChooser } from "../parts/bag/file_chooser.js";
 import { Inspector } from "../parts/bag/inspector.js";
 import { Player } from "../parts/bag/player.js";
 import { Recorder } from "../parts/bag/recorder.js";
-import { span } from "../parts/bag/times.js";
+import { formatElapsed } from "../parts/bag/times.js";
 import { Timeline } from "../parts/bag/timeline.js";
 
 export default {
@@ -180,7 +180,7 @@ class BagPanel {
     });
     const chunks = Object.values(facts.storage).reduce((sum, [count]) => sum + count, 0);
     const figures = [
-      span(facts.length, 0.1), plural(facts.messages, "message"), plural(facts.topics.length + facts.more, "topic"), bytes(facts.size),
+      formatElapsed(facts.length, 0.1), plural(facts.messages, "message"), plural(facts.topics.length + facts.more, "topic"), bytes(facts.size),
       compression.join(", ") || "not compressed", plural(chunks, "chunk"), facts.encryption && "encrypted",
     ].filter(Boolean);
     const several = this.files.length > 1 && this.files.includes(this.path) && h("select.mono", { "aria-label": "bag", onchange: (event) => this.open(event.target.value) },
@@ -221,7 +221,7 @@ class BagPanel {
     if (following) this.timeline.follow();
     this.chart.setTime(time);
     this.inspector.seek(time);
-    const text = `${span(time)}`;
+    const text = `${formatElapsed(time)}`;
     if (this.clock.textContent !== text) this.clock.textContent = text;
     if (this.facts.start > 0) this.clock.title = `${(this.facts.start + time).toFixed(6)}\n${moment(this.facts.start + time)}`;
   }

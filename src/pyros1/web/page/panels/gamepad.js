@@ -1,7 +1,7 @@
 // A gamepad connected to this computer, published as sensor_msgs/Joy like joy_node does.
 
 import { command, empty, fill, h } from "../lib/dom.js";
-import { JoyReader, ORDERS, Sender, names } from "../lib/gamepad.js";
+import { JoyReader, ORDERS, Sender, inputNames } from "../lib/gamepad.js";
 import { plural } from "../lib/format.js";
 import { outcome } from "../parts/widgets.js";
 
@@ -192,7 +192,7 @@ class Gamepads {
     this.choice = { index: pad.index, id: pad.id };
     this.pad = pad;
     this.reader = new JoyReader(this.settings.order);
-    const named = names(pad, this.settings.order);
+    const named = inputNames(pad, this.settings.order);
     const state = this.reader.read(pad, this.settings.deadzone);
     const row = (_, index) => {
       const bar = h("span.gamepad-bar");

@@ -2,7 +2,7 @@
 
 import { empty, fill, h } from "../../lib/dom.js";
 import { Tree } from "../tree.js";
-import { span } from "./times.js";
+import { formatElapsed } from "./times.js";
 
 const MAX_TOPICS = 8; // topics
 
@@ -119,7 +119,7 @@ export class Inspector {
       }
       if (section.body.firstChild !== section.tree.element) fill(section.body, section.tree.element);
       section.tree.show(found.value);
-      fill(section.when, span(found.time, 0.001));
+      fill(section.when, formatElapsed(found.time, 0.001));
       section.when.title = found.publisher ? `from ${found.publisher}` : "";
     }
   }

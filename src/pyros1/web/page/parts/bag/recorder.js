@@ -3,7 +3,7 @@
 import { fill, h } from "../../lib/dom.js";
 import { bytes, plural, rate } from "../../lib/format.js";
 import { FileChooser } from "./file_chooser.js";
-import { span } from "./times.js";
+import { formatElapsed } from "./times.js";
 
 const MAX_LISTED = 300; // maximum number of topics in the list
 
@@ -41,7 +41,7 @@ export class Recorder {
     if (this.strip.hidden) return;
     const name = now.path.split("/").at(-1);
     const open = this.strip.querySelector("details")?.open;
-    const figures = [span(now.seconds, 0.1), bytes(now.bytes), plural(now.messages, "message")].join(" · ");
+    const figures = [formatElapsed(now.seconds, 0.1), bytes(now.bytes), plural(now.messages, "message")].join(" · ");
     const dropped = now.topics.reduce((sum, topic) => sum + topic.dropped, 0);
     const active = /** @type {HTMLElement | null} */ (document.activeElement);
     const focused = active && this.strip.contains(active) ? active.dataset.what : "";

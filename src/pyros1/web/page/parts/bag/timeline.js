@@ -3,7 +3,7 @@
 import { fill, h } from "../../lib/dom.js";
 import { plural, rate } from "../../lib/format.js";
 import { Thumbnails } from "./thumbnails.js";
-import { span, ticks } from "./times.js";
+import { formatElapsed, ticks } from "./times.js";
 
 const ROW_HEIGHT = 30; // pixels
 const IMAGE_ROW_HEIGHT = 74;
@@ -296,7 +296,7 @@ export class Timeline {
       context.moveTo(x, 17);
       context.lineTo(x, 24);
       context.stroke();
-      const text = span(time, step);
+      const text = formatElapsed(time, step);
       const half = context.measureText(text).width / 2;
       context.fillText(text, Math.min(Math.max(x, half), this.width - half) - half, 12);
     }

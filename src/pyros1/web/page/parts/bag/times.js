@@ -13,7 +13,7 @@ export function ticks(begin, end, count) {
 }
 
 // Format seconds since the beginning: 3.25 s, 1:02, 1:02:03. step: of the ruler, determines the number of digits.
-export function span(seconds, step = 0.001) {
+export function formatElapsed(seconds, step = 0.001) {
   const digits = step >= 1 ? 0 : Math.min(6, Math.ceil(-Math.log10(step) - 1e-9));
   const size = Math.abs(seconds);
   if (size < 60) return `${seconds.toFixed(digits)} s`;
