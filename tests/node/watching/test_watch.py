@@ -264,6 +264,18 @@ def test_callbacks_of_a_node_that_spins_wait_for_it(make_node: Any, fake: Any, u
     assert told == [threading.current_thread()]
 
 
+def test_a_closed_watch_of_a_node_that_spins_calls_nothing_that_waits(make_node: Any, fake: Any, until: Any) -> None:
+    node = make_node("watcher", callbacks="spin")
+    told: list[Any] = []
+    watch, other = (node.watch("/x", on_found=told.append, **QUICK) for _ in range(2))
+    until(lambda: watch.alive and other.alive)
+    watch.close()
+    while not told:
+        node.spin_once(5.0)
+    node.spin_once(0.0)
+    assert len(told) == 1
+
+
 def test_news_for_a_node_that_never_spins_are_bounded(make_node: Any, fake: Any, until: Any) -> None:
     node = make_node("watcher", callbacks="spin")
     told: list[Any] = []
