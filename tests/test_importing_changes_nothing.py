@@ -103,7 +103,7 @@ import pyros1.msgs.tf2_msgs.msg
 assert pyros1.msgs.load_message("std_msgs/String") is String
 assert importlib.util.find_spec("pyros1.msgs.rosgraph_msgs.msg")
 assert "base" in [each.name for each in pkgutil.iter_modules(pyros1.msgs.__path__)]
-print(len([each for each in sys.path_importer_cache.values() if "generated" in type(each).__module__]))
+print(len([each for each in sys.path_importer_cache.values() if "msgs_imports" in type(each).__module__]))
 """
     assert run(program, str(tmp_path / "twist")) == b"1\n"
 

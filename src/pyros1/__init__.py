@@ -60,9 +60,9 @@ if TYPE_CHECKING:
     from pyros1.node.subscribing.deadline import Missed
     from pyros1.node.watching.liveness import Sighting
 
-from pyros1.ground import generated  # noqa: E402
+from pyros1.ground import msgs_imports  # noqa: E402
 
-generated.prepare_import()
+msgs_imports.prepare_import()
 
 from pyros1 import msgs  # noqa: E402, F401 - here, since several threads may import messages first
 

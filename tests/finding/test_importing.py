@@ -12,7 +12,7 @@ import pytest
 
 import pyros1.msgs
 from pyros1.finding.importing import MessageFinder
-from pyros1.ground import generated
+from pyros1.ground import msgs_imports
 from pyros1.ground.errors import DefinitionError, UnknownTypeError
 from pyros1.msgs import Message, Service, load_message, load_service
 
@@ -84,14 +84,14 @@ def test_a_failing_import_says_what_was_meant(statement: str, text: str) -> None
 
 
 def test_one_finder_per_process() -> None:
-    assert generated.finder() is generated.finder()
-    assert sum(isinstance(each, generated.GeneratedModules) for each in sys.path_importer_cache.values()) == 1
+    assert msgs_imports.finder() is msgs_imports.finder()
+    assert sum(isinstance(each, msgs_imports.GeneratedModules) for each in sys.path_importer_cache.values()) == 1
 
 
 def test_own_modules_are_all_known() -> None:
     folder = Path(pyros1.msgs.__file__).parent
     found = {path.stem for path in folder.glob("*.py") if not path.name.startswith("_")}
-    assert found | {"definitions"} == generated.OWN_MODULES
+    assert found | {"definitions"} == msgs_imports.OWN_MODULES
 
 
 @pytest.fixture

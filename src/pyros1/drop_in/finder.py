@@ -24,7 +24,7 @@ from pyros1.drop_in.unicode_errors import register
 from pyros1.drop_in.unsupported import reason_for
 from pyros1.finding.packages import PackageIndex
 from pyros1.ground.errors import PackageNotFoundError
-from pyros1.ground.generated import MSGS_PACKAGE, finder, module_name
+from pyros1.ground.msgs_imports import MSGS_PACKAGE, finder, module_name
 
 PREFERENCE_VARIABLE = "PYROS1_ROSPY"
 """Environment variable: "pyros1" prefers pyros1's modules to installed ones, "stock" disables them."""

@@ -16,7 +16,7 @@ from typing import Any
 
 from pyros1.finding.library import Library
 from pyros1.ground.errors import MessageError
-from pyros1.ground.generated import MSGS_PACKAGE, module_name
+from pyros1.ground.msgs_imports import MSGS_PACKAGE, module_name
 
 _IMPORTED_NAMES = ("codecs", "genpy", "python3", "struct", "sys")
 """Names in each of stock's generated modules besides classes and message packages."""

@@ -10,7 +10,7 @@ from pyros1.drop_in.finder import MODULES_FOLDER
 from pyros1.finding.library import Library
 from pyros1.finding.stubs import shipped_library
 from pyros1.ground.errors import MessageError
-from pyros1.ground.generated import MSGS_PACKAGE, module_name
+from pyros1.ground.msgs_imports import MSGS_PACKAGE, module_name
 from pyros1.msgs.stubs import message_stub, service_stub
 
 _MODULES_PACKAGE = "pyros1.drop_in.modules"

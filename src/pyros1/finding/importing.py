@@ -1,7 +1,7 @@
 """Generates modules from definitions on import, as in ``from pyros1.msgs.std_msgs.msg import Float64``.
 
-`pyros1.ground.generated` requests ``pyros1.msgs.<package>``, ``.msg`` and ``.srv``. A class is created when it is first
-used and then stored in its module, so that each type has one class per process, which pickle can find.
+`pyros1.ground.msgs_imports` requests ``pyros1.msgs.<package>``, ``.msg`` and ``.srv``. A class is created when it is
+first used and then stored in its module, so that each type has one class per process, which pickle can find.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from typing import Any
 
 from pyros1.finding.library import Library
 from pyros1.ground.errors import UnknownTypeError
-from pyros1.ground.generated import MSGS_PACKAGE, module_name, package_name
+from pyros1.ground.msgs_imports import MSGS_PACKAGE, module_name, package_name
 from pyros1.msgs.base import Message, Service
 from pyros1.msgs.factory import make_message_class, make_service_class
 from pyros1.msgs.spec import is_type_name

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from pyros1.finding.library import SHIPPED_DEFINITIONS, Library
 from pyros1.ground.errors import UnknownTypeError
-from pyros1.ground.generated import module_name
+from pyros1.ground.msgs_imports import module_name
 from pyros1.msgs.stubs import message_stub, package_stub, service_stub, used_packages
 
 STUBS_FOLDER = Path(SHIPPED_DEFINITIONS).parent

@@ -13,7 +13,7 @@ with pyros1.
 
 from __future__ import annotations
 
-from pyros1.ground import generated
+from pyros1.ground import msgs_imports
 
 TYPE_CHECKING = False  # as in typing, which small programs need not load
 if TYPE_CHECKING:
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from pyros1.msgs.dynamic import from_definition
     from pyros1.msgs.records import record_dtype
 
-__path__ = generated.make_search_path(__path__)
+__path__ = msgs_imports.make_search_path(__path__)
 
 
 def load_message(type_name: str) -> type[Message]:
@@ -37,13 +37,13 @@ def load_message(type_name: str) -> type[Message]:
         UnknownTypeError: no definition was found.
         DefinitionError: the definition is invalid; the message names the file and the line.
     """
-    cls: type[Message] = generated.finder().message(type_name)
+    cls: type[Message] = msgs_imports.finder().message(type_name)
     return cls
 
 
 def load_service(type_name: str) -> type[Service]:
     """Return the class of a service type; arguments and errors as for :func:`load_message`."""
-    cls: type[Service] = generated.finder().service(type_name)
+    cls: type[Service] = msgs_imports.finder().service(type_name)
     return cls
 
 
@@ -78,5 +78,5 @@ if not TYPE_CHECKING:  # so that type checkers report names that do not exist
 
 def __dir__() -> list[str]:
     """Return the public names, and the packages that contain definitions, for completion."""
-    packages = map(generated.module_name, generated.finder().library.packages())
+    packages = map(msgs_imports.module_name, msgs_imports.finder().library.packages())
     return sorted({*globals(), *__all__, *packages})

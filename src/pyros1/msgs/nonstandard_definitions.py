@@ -11,7 +11,7 @@ import re
 from collections.abc import Callable, Iterable, Iterator
 from typing import TypeVar
 
-from pyros1.ground import generated
+from pyros1.ground import msgs_imports
 from pyros1.ground.errors import DefinitionError, Error, MessageError, UnknownTypeError
 from pyros1.msgs.base import Message
 from pyros1.msgs.dynamic import EMPTY_MD5, MAX_TEXT_LENGTH, from_definition, from_texts
@@ -88,7 +88,7 @@ def find_class(
 
 
 def _installed_class(type_name: str) -> type[Message] | None:
-    finder = generated.finder()
+    finder = msgs_imports.finder()
     if finder.library.find_message(type_name) is None:
         return None
     cls: type[Message] = finder.message(type_name)
@@ -142,7 +142,7 @@ def _interpretations(type_name: str, full_text: str) -> Iterator[type[Message]]:
 
 def _installed_spec(name: str) -> MessageSpec:
     """Return the definition of an installed type."""
-    spec: MessageSpec | None = generated.finder().library.find_message(name)
+    spec: MessageSpec | None = msgs_imports.finder().library.find_message(name)
     if spec is None:
         raise UnknownTypeError(f"message type [{name}] is unknown")
     return spec

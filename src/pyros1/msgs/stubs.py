@@ -9,7 +9,7 @@ from __future__ import annotations
 import keyword
 from collections.abc import Iterable, Sequence
 
-from pyros1.ground.generated import MSGS_PACKAGE, module_name
+from pyros1.ground.msgs_imports import MSGS_PACKAGE, module_name
 from pyros1.msgs.factory import python_name
 from pyros1.msgs.spec import STRUCT_CODES, Field, MessageSpec, ServiceSpec
 

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from time import monotonic
 from typing import TYPE_CHECKING
 
-from pyros1.ground import generated
+from pyros1.ground import msgs_imports
 from pyros1.ground.errors import UnknownTypeError
 from pyros1.msgs import Message, load_message
 
@@ -45,7 +45,7 @@ class MessageTypes:
         """Return the names of the installed packages that define messages; the list is cached for a few seconds."""
         with self._lock:  # listing takes a while, and pages request this at each keystroke
             if monotonic() - self._packages_listed_at >= _PACKAGES_MAX_AGE:
-                self._packages = generated.finder().library.packages()
+                self._packages = msgs_imports.finder().library.packages()
                 self._packages_listed_at = monotonic()
             return self._packages
 

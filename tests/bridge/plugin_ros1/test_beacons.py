@@ -30,25 +30,25 @@ def ticks(own: OwnBeacons, start: float, end: float) -> Iterator[float]:
 
 def test_a_beacon_each_second() -> None:
     own = OwnBeacons(lambda: 0.0)
-    own.announce([CHATTER], 0.0)
+    own.set_announced([CHATTER], 0.0)
     assert [*ticks(own, 0, 3.5)] == [0.0, 1.0, 2.0, 3.0]
     assert own.tick(9.0) == [KEY] and own.tick(9.5) == [] and own.tick(10.0) == [KEY], "after a pause, only one"
-    own.announce([], 10.0)
+    own.set_announced([], 10.0)
     assert own.tick(11.0) == []
 
 
 def test_what_goes_on_is_not_announced_anew() -> None:
     own = OwnBeacons(lambda: 0.0)
-    own.announce([CHATTER], 0.0)
+    own.set_announced([CHATTER], 0.0)
     own.tick(0.0)
-    own.announce([CHATTER, resource("/other")], 0.5)
+    own.set_announced([CHATTER, resource("/other")], 0.5)
     assert own.tick(0.5) == [beacon_key(resource("/other"))]
 
 
 def test_who_hears_the_same_beacon_may_stop_and_starts_again_after_silence() -> None:
     numbers = iter([0.6, 0.4, 0.3])  # goes on; stops; waits for 0.3 s
     own = OwnBeacons(lambda: next(numbers))
-    own.announce([CHATTER], 0.0)
+    own.set_announced([CHATTER], 0.0)
     for second in range(4):
         own.on_beacon(KEY)
         sent = [*ticks(own, second, second + 1)]
@@ -60,7 +60,7 @@ def test_who_hears_the_same_beacon_may_stop_and_starts_again_after_silence() -> 
 def test_who_hears_one_while_it_waits_stays_silent() -> None:
     numbers = iter([0.0, 0.9, 0.0])
     own = OwnBeacons(lambda: next(numbers))
-    own.announce([CHATTER], 0.0)
+    own.set_announced([CHATTER], 0.0)
     own.on_beacon(KEY)
     assert [*ticks(own, 0, 2.2)] == [0.0]
     own.on_beacon(KEY)
@@ -79,7 +79,7 @@ def test_bridges_that_take_turns_are_never_silent_for_long(seed: int) -> None:
         now = tick / 10
         for number, own in enumerate(bridges):
             if now >= starts[number]:
-                own.announce([CHATTER], now)
+                own.set_announced([CHATTER], now)
             if number == 0 and now > 30:
                 continue  # it has died
             for key in own.tick(now):

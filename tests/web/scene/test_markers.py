@@ -22,21 +22,21 @@ def marker(number: int, action: int = 0, lifetime: float = 0.0, ns: str = "n") -
 
 def test_they_add_up_change_and_go() -> None:
     markers = Markers()
-    markers.add([marker(1), marker(2)], 0.0)
+    markers.apply([marker(1), marker(2)], 0.0)
     version, new, gone = markers.changes(0, 0.0)
     assert ([each["id"] for each in new], gone) == ([1, 2], [])
-    markers.add([marker(2), marker(1, action=2), marker(3)], 1.0)
+    markers.apply([marker(2), marker(1, action=2), marker(3)], 1.0)
     version, new, gone = markers.changes(version, 1.0)
     assert (sorted(each["id"] for each in new), gone) == ([2, 3], [["n", 1]])
     assert markers.changes(version, 1.0) == (version, [], [])
-    markers.add([marker(0, action=3, ns="")], 2.0)
+    markers.apply([marker(0, action=3, ns="")], 2.0)
     assert sorted(markers.changes(version, 2.0)[2]) == [["n", 2], ["n", 3]]
     assert markers.changes(0, 2.0)[1] == []
 
 
 def test_a_lifetime_ends() -> None:
     markers = Markers()
-    markers.add([marker(1, lifetime=0.5)], 10.0)
+    markers.apply([marker(1, lifetime=0.5)], 10.0)
     version, new, _ = markers.changes(0, 10.4)
     assert len(new) == 1
     assert markers.changes(version, 10.5)[2] == [["n", 1]]
@@ -44,16 +44,16 @@ def test_a_lifetime_ends() -> None:
 
 def test_a_lifetime_of_next_to_nothing_is_none() -> None:
     markers = Markers()
-    markers.add([marker(1, lifetime=1e-5), marker(2, lifetime=-5.0)], 10.0)
+    markers.apply([marker(1, lifetime=1e-5), marker(2, lifetime=-5.0)], 10.0)
     assert len(markers.changes(0, 20.0)[1]) == 2
 
 
 def test_a_lifetime_ends_when_time_goes_back() -> None:
     markers = Markers()
-    markers.add([marker(1, lifetime=0.5), marker(2)], 600.0)
+    markers.apply([marker(1, lifetime=0.5), marker(2)], 600.0)
     version, _, _ = markers.changes(0, 600.1)
     assert markers.changes(version, 2.0)[2] == [["n", 1]]  # a bag begins again
-    markers.add([marker(3, lifetime=0.5)], 2.0)
+    markers.apply([marker(3, lifetime=0.5)], 2.0)
     assert [each["id"] for each in markers.changes(version, 1.99)[1]] == [3]
 
 
@@ -63,11 +63,11 @@ def test_large_ones_make_room_for_each_other(monkeypatch: pytest.MonkeyPatch) ->
     for number in range(5):
         large = marker(number)
         large.points = points
-        markers.add([large, marker(100)], 0.0)
+        markers.apply([large, marker(100)], 0.0)
     assert [each["id"] for each in markers.changes(0, 0.0)[1]] == [3, 4, 100]
     alone = marker(9)
     alone.text = "x" * 2_000_000
-    markers.add([alone], 0.0)
+    markers.apply([alone], 0.0)
     assert [each["id"] for each in markers.changes(0, 0.0)[1]] == [9]
 
 
@@ -75,7 +75,7 @@ def test_large_ones_make_room_for_each_other(monkeypatch: pytest.MonkeyPatch) ->
 def test_who_looks_now_and_then_knows_the_same_as_who_looks_once(steps: list[tuple[int, int, bool]]) -> None:
     markers, known, seen = Markers(), {}, 0
     for number, action, look in steps:
-        markers.add([marker(number, action, ns="ab"[number % 2])], 0.0)
+        markers.apply([marker(number, action, ns="ab"[number % 2])], 0.0)
         if look:
             seen, new, gone = markers.changes(seen, 0.0)
             for key in gone:

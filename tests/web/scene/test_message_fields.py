@@ -64,8 +64,8 @@ def drawn(message: Any) -> Any:
         except ShapeError as error:
             return str(error)
     known = Markers()
-    known.add([Marker(ns="a")], 0.0)
-    known.add([message], 1.0)
+    known.apply([Marker(ns="a")], 0.0)
+    known.apply([message], 1.0)
     return known.changes(0, 2.0)
 
 

@@ -40,7 +40,7 @@ class OwnBeacons:
         self._random = random
         self._beacons: dict[str, _OwnBeacon] = {}
 
-    def announce(self, resources: Iterable[Resource], now: float) -> None:
+    def set_announced(self, resources: Iterable[Resource], now: float) -> None:
         """Announce exactly these topics and services from now on."""
         keys = {beacon_key(resource) for resource in resources}
         for key in self._beacons.keys() - keys:

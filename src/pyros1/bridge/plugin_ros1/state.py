@@ -76,7 +76,7 @@ class PluginState:
     def set_subscribed(self, subscribed: Collection[str], now: float) -> None:
         """Record which of this bridge's topics have subscribers."""
         self.subscribed = frozenset(subscribed)
-        self._own.announce(self.plan.announced(self.subscribed), now)
+        self._own.set_announced(self.plan.announced(self.subscribed), now)
 
     def on_beacon(self, key: str, now: float) -> None:
         """Handle another bridge's beacon."""
@@ -113,7 +113,7 @@ class PluginState:
         self._due = {
             key: due for key, due in self._due.items() if key[0] in self.taken or key[0] in self._sent_by_local
         }
-        self._own.announce(plan.announced(self.subscribed), now)
+        self._own.set_announced(plan.announced(self.subscribed), now)
 
     # Messages ---------------------------------------------------------------------------------------------------------
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from pyros1.ground import generated
+from pyros1.ground import msgs_imports
 from pyros1.ground.errors import MessageError
 from pyros1.msgs import load_message
 from pyros1.web.models.forms import form as form_of
@@ -56,7 +56,7 @@ def types(robot: Robot, args: Mapping[str, Any]) -> list[str]:
         names = [f"{package_name}/" for package_name in robot.types.packages()]
     else:
         names = [
-            f"{package}/{full_name.rpartition('/')[2]}" for full_name in generated.finder().library.messages(package)
+            f"{package}/{full_name.rpartition('/')[2]}" for full_name in msgs_imports.finder().library.messages(package)
         ]
     return sorted(name for name in names if name.startswith(begin))[:_MAX_COMPLETIONS]
 

@@ -39,7 +39,7 @@ class Markers:
         self._version = 0
         self._removed: dict[MarkerKey, int] = {}
 
-    def add(self, markers: Any, now: float) -> None:
+    def apply(self, markers: Any, now: float) -> None:
         """Process visualization_msgs/Marker messages; ``now`` is their time of arrival in seconds."""
         for marker in markers:
             self._version += 1

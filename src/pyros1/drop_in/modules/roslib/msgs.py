@@ -29,7 +29,7 @@ from genmsg.msgs import parse_type as _parse_type
 
 from pyros1.drop_in.module_attributes import module_getattr
 from pyros1.ground.errors import MessageError
-from pyros1.ground.generated import finder
+from pyros1.ground.msgs_imports import finder
 
 _NO_PACKAGE = "none"
 EXT = ".msg"

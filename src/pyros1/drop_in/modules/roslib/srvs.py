@@ -9,7 +9,7 @@ from genmsg.msg_loader import MsgContext, load_srv_from_string
 from genmsg.srvs import SrvSpec
 
 from pyros1.drop_in.module_attributes import module_getattr
-from pyros1.ground.generated import finder
+from pyros1.ground.msgs_imports import finder
 from roslib import msgs
 
 EXT = ".srv"

@@ -12,7 +12,7 @@ from genpy.message import strify_message
 from pyros1.drop_in.commands import main as _main
 from pyros1.drop_in.module_attributes import module_hooks
 from pyros1.ground.errors import DefinitionError, UnknownTypeError
-from pyros1.ground.generated import finder
+from pyros1.ground.msgs_imports import finder
 from pyros1.msgs.digest import Digests
 from pyros1.msgs.spec import MessageSpec
 

@@ -202,7 +202,7 @@ class SceneTopicView(View):
                 with self._lock:
                     if self._markers is None:
                         self._markers, self._sent_version = Markers(), 0
-                    self._markers.add([message] if type_name == MARKER_TYPE else message.markers, arrival.time)
+                    self._markers.apply([message] if type_name == MARKER_TYPE else message.markers, arrival.time)
                 self._problem = ""
             except MessageError as error:
                 self._problem = str(error)

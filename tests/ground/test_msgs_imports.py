@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from pyros1.ground.generated import GeneratedModules, MsgsFolderFinder
+from pyros1.ground.msgs_imports import GeneratedModules, MsgsFolderFinder
 
 
 def test_folders_with_stubs_do_not_hide_generated_modules(tmp_path: Path) -> None:
