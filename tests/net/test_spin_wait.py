@@ -119,7 +119,7 @@ def busy_guard(pause: float) -> tuple[PollGuard, float]:
     guard, now = PollGuard(), 100.0
     while guard.paused_until - now < pause:
         now = guard.paused_until + 0.003 if guard.paused_until else now
-        assert guard.is_interrupted(now - 2 * PREEMPTION_GAP, now)
+        assert guard.note_poll(now - 2 * PREEMPTION_GAP, now)
     return guard, guard.paused_until
 
 
@@ -142,7 +142,7 @@ def test_polling_resumes_when_processors_were_idle(monkeypatch: pytest.MonkeyPat
     assert guard.may_poll(now)
     monkeypatch.setattr(spin_wait, "idle_time", lambda: 500.7)
     assert guard.may_poll(now + 0.5)  # it is not asked again while nothing interrupts
-    assert guard.is_interrupted(now, now + 0.5)
+    assert guard.note_poll(now, now + 0.5)
     assert guard.paused_until == pytest.approx(now + 0.5 + MAX_PAUSE)
 
 
@@ -153,7 +153,7 @@ def test_an_interruption_after_an_extended_pause_is_frequent(monkeypatch: pytest
         assert not guard.may_poll(now)
         now += MAX_PAUSE
     monkeypatch.setattr(spin_wait, "idle_time", lambda: 509.0)
-    assert guard.may_poll(now) and guard.is_interrupted(now, now + 0.01)
+    assert guard.may_poll(now) and guard.note_poll(now, now + 0.01)
     assert guard.paused_until == pytest.approx(now + 0.01 + MAX_PAUSE)
 
 
