@@ -31,7 +31,7 @@ class ClientServices:
     def __init__(self, node: Callable[[], Node]) -> None:
         self._node = node
         self._lock = threading.Lock()  # guards `_locks`
-        self._locks: WeakValueDictionary[str, threading.Lock] = WeakValueDictionary()  # per service being changed
+        self._locks: WeakValueDictionary[str, threading.Lock] = WeakValueDictionary()  # service -> its lock
         self._services: dict[str, _Service] = {}
 
     def provide(self, name: str, cls: type[Service], handler: Handler) -> Callable[[], None]:

@@ -28,8 +28,8 @@ MAX_KEPT_BYTES = 32 << 20
 """Maximum total size in bytes of the messages from one publisher that are queued for slow listeners, and of the latched
 messages kept per topic. At least one message is kept, whatever its size."""
 _LINK_GRACE_PERIOD = 1.0
-"""Seconds after a message's arrival during which its connection may not be listed yet, if publisher and subscriber are
-in the same process."""
+"""Seconds after a message's arrival during which its connection might not be listed yet, if publisher and subscriber
+are in the same process."""
 _MAX_CONCURRENT_SUBSCRIBES = 16
 """Maximum number of concurrent attempts to subscribe; further attempts wait."""
 _numpy_view = make_numpy_view(np)
@@ -317,7 +317,7 @@ class _Feed:
                 grace_period_start = monotonic() - _LINK_GRACE_PERIOD
                 self._latched = {
                     name: arrival
-                    for name, arrival in self._latched.items()  # each connection has its own header
+                    for name, arrival in self._latched.items()  # each connection has its own header object
                     if any(header is arrival.raw._connection_header for header in headers)
                     or (name not in publishers and arrival.arrived_at > grace_period_start)
                 }

@@ -1,4 +1,4 @@
-"""Finds message classes, also for types that are not installed here: their publishers send definitions."""
+"""Finds message classes. For types that are not installed, it uses the definitions that publishers send."""
 
 from __future__ import annotations
 

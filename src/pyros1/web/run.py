@@ -19,7 +19,7 @@ def run_server(robot: Robot, access: Access, host: str, port: int, on_started: C
     """Run the server until SIGINT or SIGTERM (in the main thread only), or until its node is requested to shut down.
 
     Args:
-        robot: the robot; it is started here, and closed at the end.
+        robot: the robot, which is started at the beginning and closed at the end.
         access: the access rules.
         host: host name or address of the network interface on which the server listens.
         port: the port; 0 for any free port.

@@ -53,7 +53,7 @@ class _NodeReport(NamedTuple):
 
 
 class System:
-    """Describes the system for pages; rates are computed from changes between descriptions.
+    """Describes the system for pages; rates are computed from the changes since earlier descriptions.
 
     Args:
         graph: sends requests to the master.

@@ -48,7 +48,7 @@ class Playback:
     """Plays a bag in a thread.
 
     Args:
-        node: the node that publishes; it is not shut down here.
+        node: the node that publishes; this class does not shut it down.
         bag: the bag, which must stay open until `close` returns.
         settings: the initial settings.
         start: where to start, in seconds since the bag's start.

@@ -33,7 +33,7 @@ class Recording:
     """A recording that runs in a thread.
 
     Args:
-        node: the node that subscribes; it is not shut down here.
+        node: the node that subscribes; this class does not shut it down.
         folder: the folder in which the file is created.
         prefix: the beginning of the file's name, in front of the date; may be empty.
         topics: full names of the topics; None for all topics, including those that appear later.

@@ -1,4 +1,4 @@
-"""API calls from the web page that send and cancel action goals (https://wiki.ros.org/actionlib)."""
+"""Calls that send and cancel action goals (https://wiki.ros.org/actionlib)."""
 
 from __future__ import annotations
 

@@ -10,7 +10,10 @@ from pyros1.web.robot import Robot
 
 
 def about(robot: Robot, args: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the server's version, its master, any trouble, and whether it is read-only. Pages call this repeatedly."""
+    """Return the server's version, its master's URI, any problem, and whether the server is read-only.
+
+    Pages call this repeatedly.
+    """
     return {
         "version": pyros1.__version__,
         "master": robot.master_uri,

@@ -34,7 +34,7 @@ _POLL_PERIOD = 1.0
 _TIME_PERIOD = 0.02
 """Seconds between frames with simulated time."""
 _BATCH_BYTES = 64 << 10
-"""Size in bytes of the messages that are taken from the outbox at a time."""
+"""Size in bytes after which no more messages are taken from the outbox at a time."""
 _MAX_JOBS = 100
 """Maximum number of pending jobs (service calls and file requests) per viewer."""
 _MAX_CONCURRENT_JOBS = 4
@@ -273,7 +273,7 @@ class Viewer:
         return []
 
     async def _listen(self, subscription: int, channel: Channel) -> None:
-        # The last accepted header; each connection has its own header object.
+        # The last accepted header. Each connection has its own header object, so comparing with `is` suffices.
         accepted_header: dict[str, str] | None = None
         latched_by: str | None = None
 

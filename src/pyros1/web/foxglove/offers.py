@@ -53,7 +53,7 @@ class Service:
 
 
 class Nodes(NamedTuple):
-    """The nodes that publish and subscribe to topics, and provide services."""
+    """The nodes that publish topics, subscribe to topics, or provide services."""
 
     publishers: Table
     subscribers: Table

@@ -94,7 +94,7 @@ class Outbox:
     """All messages queued for a viewer. Thread-safe.
 
     Args:
-        max_bytes, max_channel_bytes: limits, see above.
+        max_bytes, max_channel_bytes: limits, see `MAX_BYTES` and `MAX_CHANNEL_BYTES`.
         wake: called, from any thread, when `take` has something to return.
 
     Attributes:

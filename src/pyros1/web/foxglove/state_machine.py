@@ -82,7 +82,7 @@ Action = (
     | requests.WatchParameters
     | requests.FetchAsset
 )
-"""What the machine wants done for the viewer. Requests that do not depend on its state are passed on unchanged."""
+"""An action to perform for the viewer. Requests that do not depend on the machine's state are actions as they are."""
 Result = tuple[list[Action], list[Frame]]
 """The actions to perform, and the frames to send."""
 

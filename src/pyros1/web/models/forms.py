@@ -158,7 +158,10 @@ def choices(cls: type[Message]) -> dict[str, list[list[Any]]]:
 
 
 def _runs(constants: list[Constant]) -> list[list[Constant]]:
-    """Start a new run when the value decreases: authors often list one group of constants per field, in that order."""
+    """Split constants into runs, in each of which the values do not decrease.
+
+    Authors often list one group of constants per field, in the order of the fields.
+    """
     runs: list[list[Constant]] = []
     for constant in constants:
         previous = runs[-1][-1].value if runs else None

@@ -17,7 +17,7 @@ _MAX_MISSED = 2
 
 @dataclass
 class Goal:
-    """What is known about a goal.
+    """The state of a goal, as far as its server has reported it.
 
     Attributes:
         id: the goal's id.

@@ -33,9 +33,9 @@ MAX_CALLS = 500
 """Maximum number of a client's service calls, running and queued."""
 _MAX_QUICK_MESSAGES = 32
 _MAX_QUICK_BYTES = 16_000
-"""Total size in bytes of messages that are encoded quickly: within about a millisecond."""
+"""Maximum total size in bytes of messages whose encoding counts as quick: it takes about a millisecond."""
 _MAX_QUICK_RAW_BYTES = 1 << 20
-"""The same for messages that are only copied."""
+"""Like `_MAX_QUICK_BYTES`, but for frames, and for messages that are only copied."""
 
 
 class DueFrames(NamedTuple):
@@ -61,7 +61,7 @@ class Client:
         run_in_thread: starts a function in another thread.
         wake: called, from any thread, when `take` may return something.
         resume: called, from any thread, when `handle` may continue.
-        shared_encodings: the frames of all clients.
+        shared_encodings: the cache of encoded frames that all clients share.
         send_now: sends frames without waiting, from any thread; returns False if it cannot send them now. None if all
             frames must be taken by `take`.
         on_fault: called, from any thread, with an unexpected error.

@@ -40,7 +40,7 @@ the frames.
 _MAX_LARGE_INPUTS = 1
 _MAX_BATCH_FRAMES = 64
 _BATCH_BYTES = 256 << 10
-"""Size in bytes of the frames that are created and sent at a time; at least one frame is, whatever its size."""
+"""Size in bytes at which a batch of frames is complete. The frames of a batch are created and sent together."""
 _POLL_PERIOD = 0.02
 """Seconds between checks of whether the client has read its responses."""
 _START_TIMEOUT = 10.0

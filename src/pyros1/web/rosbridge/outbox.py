@@ -23,7 +23,7 @@ MAX_TOTAL_BYTES = 32 << 20
 MAX_FRAME_BYTES = 1 << 20
 """Size in bytes of queued responses above which no more requests are read from the client."""
 _BATCH_BYTES = 1 << 20
-"""Size in bytes of the messages that one call of `take` returns."""
+"""Size in bytes after which one call of `take` returns no more messages."""
 
 
 class TopicQueue:
@@ -50,7 +50,7 @@ class TopicQueue:
         self.throttle_period = 0.0
         self.last_arrival: Arrival | None = None
         self.next_time = float("-inf")
-        self.is_open = False  # in an outbox
+        self.is_open = False  # whether the queue belongs to an outbox
 
     def add_subscription(self, request: Subscribe) -> None:
         """Add a subscription.

@@ -18,12 +18,12 @@ _Key = tuple[Arrival, str, str]
 
 
 class SharedEncodings:
-    """The most recent frames of all clients. Thread-safe. With fewer than two clients, no frames are kept."""
+    """A cache of the most recent frames, for all clients. Thread-safe. Kept empty with fewer than two clients."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
         self._num_clients = 0
-        self._pending: dict[_Key, Future[Frame]] = {}  # a thread is encoding them
+        self._pending: dict[_Key, Future[Frame]] = {}  # frames that a thread is encoding
         self._frames: OrderedDict[_Key, Frame] = OrderedDict()
         self._size = 0
 

@@ -1,4 +1,4 @@
-"""Converts messages to CBOR values, and from the JSON values that clients send (no I/O).
+"""Converts messages to CBOR values, and JSON values from clients to messages (no I/O).
 
 In CBOR, an array of numbers is the array's bytes from the message, with a tag that specifies the type of the numbers
 (https://datatracker.ietf.org/doc/html/draft-ietf-cbor-array-tags-00). `json_text` describes the form in JSON.

@@ -28,7 +28,7 @@ MarkerKey = tuple[str, str]
 
 
 class InteractiveMarkers:
-    """The interactive markers on a topic, and how they have changed since any earlier version."""
+    """The interactive markers on a topic, and the changes to them since any earlier version."""
 
     def __init__(self) -> None:
         # Values: (version in which the marker was added or changed, marker).

@@ -30,7 +30,7 @@ MarkerKey = tuple[str, int]
 
 
 class Markers:
-    """The markers on a topic, and how they have changed since any earlier version."""
+    """The markers on a topic, and the changes to them since any earlier version."""
 
     def __init__(self) -> None:
         # (version, marker, size in bytes, time when it was added, time when it expires)

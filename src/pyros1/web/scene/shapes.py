@@ -189,9 +189,10 @@ def _linear_and_angular(linear: Any, angular: Any, linear_unit: str, angular_uni
 def _scalar_shape(
     field: str, unit: str, min_value: float, max_value: float, warm: bool = False
 ) -> Callable[[Any], Shape]:
-    """Return a function that returns the shape for a message with one number: a point, coloured between rviz's bounds.
+    """Return a function that returns the shape for a message with one number: a point whose colour shows the number.
 
-    In rviz, red is the colour of the minimum or, for temperatures (``warm``), of the maximum.
+    The two bounds of the colour scale are rviz's. As in rviz, red is the colour of the minimum or, for temperatures
+    (``warm``), of the maximum.
     """
 
     def shape(message: Any) -> Shape:

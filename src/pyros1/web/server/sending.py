@@ -1,4 +1,4 @@
-"""Sends frames over a WebSocket, as RFC 6455, 5.2 describes them."""
+"""Sends frames over a WebSocket, in the format of RFC 6455, section 5.2."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ Frame = str | bytes | LargeFrame
 
 
 def frame_size(frame: Frame) -> int:
-    """Return the size of a frame's data: in bytes, or in characters of a string."""
+    """Return the size of a frame's data: the number of bytes or, for a string, of characters."""
     return frame.size if isinstance(frame, LargeFrame) else len(frame)
 
 

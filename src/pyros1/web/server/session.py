@@ -1,4 +1,4 @@
-"""Serves one page's streams, each with at most one push in flight, and its calls; uses no sockets or clocks."""
+"""Serves one page's calls, and its streams, each with at most one push in flight; uses no sockets or clocks."""
 
 from __future__ import annotations
 

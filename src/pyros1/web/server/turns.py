@@ -6,26 +6,27 @@ from enum import Enum, auto
 
 
 class _Holder(Enum):
-    """Who has the turn.
+    """The holder of the turn to send.
 
     ::
 
         LOOP    the loop has sent everything             -> NOBODY
         NOBODY  a thread starts to send                  -> THREAD
         NOBODY  something is queued                      -> LOOP, which is woken
-        THREAD  it has sent, and nothing was queued      -> NOBODY
-        THREAD  it has sent, and something was queued    -> LOOP, which is woken
+        THREAD  the thread has sent; nothing is queued   -> NOBODY
+        THREAD  the thread has sent; something is queued -> LOOP, which is woken
     """
 
-    LOOP = auto()  # it sends what is queued
+    LOOP = auto()  # the loop sends what is queued
     NOBODY = auto()  # nothing is queued, and nothing is being sent
-    THREAD = auto()  # it sends one message, past the queue
+    THREAD = auto()  # a thread sends one message, which bypasses the queue
 
 
 class Turns:
-    """Whose turn it is to send. Not thread-safe: it belongs to a queue, and is used while the queue's lock is held.
+    """Keeps track of whose turn it is to send: a thread's, the event loop's, or nobody's.
 
-    Only one of them sends at a time, and threads send only when nothing is queued, so messages keep their order.
+    Only the loop or one thread sends at a time, and threads send only when nothing is queued, so messages keep their
+    order. Not thread-safe: the object belongs to a queue, and is used while the queue's lock is held.
     """
 
     def __init__(self) -> None:
@@ -56,8 +57,8 @@ class Turns:
         return left
 
     def leave_to_loop(self) -> bool:
-        """Record that something was queued; return whether the loop must be woken. If a thread is sending, the loop is
-        woken afterwards.
+        """Record that something was queued; return whether the loop must be woken now. If a thread is sending, it need
+        not: `end` then returns True.
         """
         if self._holder is _Holder.THREAD:
             self._has_left_something = True

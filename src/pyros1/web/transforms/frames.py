@@ -10,7 +10,7 @@ MAX_FRAMES = 2_000
 _RATE_WINDOW = 50
 """Number of messages over which a rate is measured."""
 _MAX_SOURCES = 8
-"""Maximum number of pairs of publisher and parent kept per frame."""
+"""Maximum number of pairs (publisher, parent) kept per frame."""
 _MAX_BACKWARD_STEP = 0.5
 """Seconds: if the time jumps back by more than this, a bag or a simulation has restarted."""
 

@@ -1,4 +1,4 @@
-"""Publishes the gamepad of a page's browser."""
+"""Publishes the state of a gamepad that a page reads in its browser."""
 
 from __future__ import annotations
 

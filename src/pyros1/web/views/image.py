@@ -1,4 +1,4 @@
-"""Shows the newest image on a topic with sensor_msgs/Image or sensor_msgs/CompressedImage."""
+"""Shows the newest image on a topic with sensor_msgs/Image or sensor_msgs/CompressedImage messages."""
 
 from __future__ import annotations
 

@@ -22,7 +22,7 @@ class RequestProblem(Error):
     """A request cannot be answered.
 
     Attributes:
-        status: the status of the response.
+        status: the HTTP status of the response.
     """
 
     def __init__(self, status: HTTPStatus, text: str) -> None:
@@ -32,12 +32,12 @@ class RequestProblem(Error):
 
 @dataclass(frozen=True)
 class Rendering:
-    """How images are converted to files.
+    """The options for converting images to files.
 
     Attributes:
         format: "jpeg" or "png".
         quality: the JPEG quality from 1 to 100, or the PNG compression level from 0 to 9.
-        width, height: the size to scale to, in pixels; None to keep the image's.
+        width, height: the size to scale to, in pixels; None to keep the image's own.
         is_inverted: whether images are turned by 180 degrees.
     """
 
@@ -50,7 +50,7 @@ class Rendering:
 
 @dataclass(frozen=True)
 class Request:
-    """A request.
+    """A parsed request.
 
     Attributes:
         path: "/", "/stream", "/stream_viewer" or "/snapshot".
@@ -117,7 +117,7 @@ def _rendering(texts: dict[str, str], stream_type: str) -> Rendering:
 
 
 def _dimension(texts: dict[str, str], name: str) -> int | None:
-    """Return a width or height; None, which keeps the image's, if it is missing or -1."""
+    """Return a width or height; None, which keeps the image's own, if it is missing or -1."""
     size = parse_integer(texts.get(name), -1, -2, MAX_SIDE + 1)
     if size == -1:
         return None

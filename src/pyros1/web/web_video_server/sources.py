@@ -20,7 +20,7 @@ class Frame(NamedTuple):
     Attributes:
         number: the image's number, counted from 1.
         message: the image.
-        arrived_at: the monotonic time in seconds.
+        arrived_at: the monotonic time of arrival in seconds.
     """
 
     number: int
@@ -34,7 +34,7 @@ class Source:
     Args:
         node: the node that subscribes.
         topic: the topic's full name.
-        is_compressed: whether it has compressed images.
+        is_compressed: whether the topic has compressed images.
     """
 
     def __init__(self, node: Node, topic: str, is_compressed: bool) -> None:
@@ -121,7 +121,7 @@ class Sources:
 
         Args:
             topic: the topic's full name.
-            is_compressed: whether it has compressed images.
+            is_compressed: whether the topic has compressed images.
         """
         key = (topic, is_compressed)
         with self._lock:

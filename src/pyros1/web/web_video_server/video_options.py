@@ -15,7 +15,7 @@ _MAX_FRAME_RATE = 120
 
 @dataclass(frozen=True)
 class VideoOptions:
-    """How a video is encoded. The defaults are those of the original.
+    """The options for encoding a video. The defaults are those of the original.
 
     Attributes:
         bitrate: bits per second; None if the URL has none: then 100000 for VP8 and VP9, and a constant quality for

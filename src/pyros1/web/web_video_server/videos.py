@@ -22,8 +22,8 @@ _DEFAULT_BITRATE = 100_000
 _CRF = "20"
 """The constant quality of H.264 and VP9."""
 _USUAL_FRAME_RATE = 30
-"""Images per second that encoders are told to expect if the URL has no framerate. The video's actual rate is the
-images'.
+"""Images per second that encoders are told to expect if the URL has no framerate. The video's actual rate is
+that of the arriving images.
 """
 _PIXEL_FORMATS = {1: "gray", 3: "rgb24", 4: "rgba"}
 
@@ -67,13 +67,13 @@ def import_av(stream_type: str) -> Any:
 
 
 class Video:
-    """A video made of images as they arrive. All have the size of the first one; others are scaled to it.
+    """A video made of images as they arrive, each of which is scaled to the video's size.
 
     Args:
         stream_type: one of `VIDEO_TYPES`.
-        options: how the video is encoded.
-        width, height: the video's size in pixels, rounded up to even numbers for the encoders; None for the first
-            image's.
+        options: the encoding options.
+        width, height: the video's size in pixels, rounded up to even numbers for the encoders; None for the size of
+            the first image.
 
     Raises:
         Error: PyAV is not installed, or cannot encode such videos.

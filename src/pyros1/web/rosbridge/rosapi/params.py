@@ -32,7 +32,7 @@ def _get_param(robot: Robot, args: Mapping[str, str]) -> dict[str, Any]:
     try:
         return {"value": to_json(value)}
     except (TypeError, ValueError):
-        return {"value": to_json(_to_json_types(value))}  # dates and bytes
+        return {"value": to_json(_to_json_types(value))}  # converts dates and bytes
 
 
 def _default(default: str) -> str:

@@ -237,7 +237,7 @@ def _no_options(values: Mapping[Any, Any]) -> Options:
 
 
 class TopicDisplay(NamedTuple):
-    """How displays of one rviz class are converted.
+    """The rules for converting displays of one rviz class.
 
     Attributes:
         options: converts a display's properties to the panel's options.
@@ -285,4 +285,4 @@ TOPIC_DISPLAYS: Mapping[str, TopicDisplay] = {
     "Wrench": TopicDisplay(_arrow_pair_options),
     "WrenchStamped": TopicDisplay(_arrow_pair_options),
 }
-"""Last part of the class of an rviz topic display -> how the display is converted."""
+"""Last part of the class of an rviz topic display -> the rules for converting the display."""

@@ -1,4 +1,4 @@
-"""Reads values from rviz files. Untrusted: anything that rviz would not write is treated as absent (no I/O)."""
+"""Reads values from rviz files, which are untrusted: anything that rviz would not write counts as absent (no I/O)."""
 
 from __future__ import annotations
 

@@ -25,7 +25,7 @@ _STAMP_SIZE = 12
 
 
 class CameraView(View):
-    """The newest image on a topic, with its camera: base class of the views of cameras.
+    """Base class of the views of cameras: the newest image on a topic, and the camera that took it.
 
     Args (sent by the page):
         topic: the full name of a topic with images.
