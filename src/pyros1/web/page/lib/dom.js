@@ -7,7 +7,7 @@ export function h(tag, props, ...children) {
   return build(document.createElement(tagName(tag)), tag, props, children);
 }
 
-// The same for SVG; properties are set as attributes.
+// Make an SVG element, in the same way; properties are set as attributes.
 export function s(tag, props, ...children) {
   return build(document.createElementNS(SVG, tagName(tag)), tag, props, children);
 }
@@ -64,7 +64,7 @@ export async function copy(text) {
   return copied;
 }
 
-// A command, copied by a click.
+// An element with a command that a click copies to the clipboard.
 export function command(text) {
   const take = async ({ currentTarget: element }) => { if (await copy(text)) element.classList.add("copied"); };
   return h("code.command", {

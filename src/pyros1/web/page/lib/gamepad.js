@@ -35,7 +35,7 @@ export const ORDERS = {
 
 const MAX_DEADZONE = 0.9;
 
-// Return the axes (right and down are positive, as in the browser and in Linux) and buttons of a pad in an order.
+// Return the axes (right and down are positive, as in the browser and in Linux) and buttons of a pad, in the given order.
 export function arrangeInputs(pad, order) {
   const pressed = (name) => Number(pad.buttons[STANDARD_BUTTONS.indexOf(name)]?.value ?? 0);
   if (order === "browser" || pad.mapping !== "standard") {
@@ -86,8 +86,8 @@ export class JoyReader {
   }
 }
 
-// Decides when a state is sent to the server: at once if it is new, otherwise every KEEP_ALIVE milliseconds, or else the
-// server stops the robot. The release of the gamepad is sent once, as null.
+// Decides when a state is sent to the server: at once if it is new, otherwise every KEEP_ALIVE milliseconds, since the
+// server stops the robot when no more states arrive. The release of the gamepad is sent once, as null.
 const KEEP_ALIVE = 100;
 
 export class Sender {

@@ -2,7 +2,7 @@
 
 const MAX_RETRY_DELAY = 4000;
 const HEARTBEAT = 4000; // milliseconds between requests for the server's state
-const TIMEOUT = 12000; // milliseconds without data from the server
+const TIMEOUT = 12000; // milliseconds without data from the server after which the connection counts as lost
 
 export class Robot extends EventTarget {
   constructor(token) {
@@ -35,7 +35,7 @@ export class Robot extends EventTarget {
   }
 
   // Open a stream of a view; see pyros1/web/views.
-  // on: {data(data, blob), problem(text), opened()}; problem("") when a problem has gone; opened is called again after a reconnect.
+  // on: {data(data, blob), problem(text), opened()}; problem is called with "" when a problem has gone, and opened again after each reconnect.
   stream(view, args, on) {
     const id = ++this._lastId;
     const stream = { view, args, on };
@@ -160,11 +160,11 @@ export class Robot extends EventTarget {
       stream.on.problem?.(message.error);
       return;
     }
-    // Request the next one when this one is on the screen; a hidden page requests none.
+    // Request the next push when this one is on the screen; a hidden page requests none.
     const next = () => requestAnimationFrame(() => this._streams.has(message.stream) && this._send({ next: message.stream }));
     let drawn;
     try {
-      if (stream.failed) stream.on.problem?.(""); // only then, since a problem that the panel itself reports must stay
+      if (stream.failed) stream.on.problem?.(""); // only after a failure of the stream, since a problem that the panel itself reports must stay
       stream.failed = false;
       drawn = stream.on.data(message.data, blob);
     } finally {

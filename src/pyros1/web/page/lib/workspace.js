@@ -285,7 +285,7 @@ export class Workspace {
     this.root.querySelectorAll(".grip")[at]?.focus();
   }
 
-  // Cleaning drops panels of a tree that is too deep: then change nothing.
+  // Show another tree. If it is too deep, cleaning would drop panels: then nothing changes.
   _applyTree(tree) {
     const cleaned = this._clean(tree, 0);
     if (panelsOf(cleaned).length !== panelsOf(this.tree).length) return;

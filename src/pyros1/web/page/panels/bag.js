@@ -51,7 +51,7 @@ class BagPanel {
     else this._choose();
   }
 
-  // Another panel asks for a bag.
+  // Called when another panel asks for a bag.
   accept(settings) {
     if (settings.path) this.open(String(settings.path));
   }
@@ -207,7 +207,7 @@ class BagPanel {
     this.player.selected();
   }
 
-  // The user has moved the cursor.
+  // Called when the user has moved the cursor.
   seek(time) {
     if (!this.facts) return;
     this._moved(time, false);
@@ -265,7 +265,7 @@ class BagPanel {
   }
 }
 
-// Links are untrusted input.
+// Return a setting that must be a list of strings. It may come from a link, which is untrusted input.
 function texts(list) {
   return Array.isArray(list) ? list.slice(0, 200).map(String) : [];
 }

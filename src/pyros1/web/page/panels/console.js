@@ -30,13 +30,13 @@ class Console {
     this.selected = null;
     this.rowElements = new Map(); // entry -> its row, for the visible ones
     this.scrollTarget = null; // index of a row to scroll to
-    this.last = 0; // number of the server's last message, since its start
-    this.count = 0; // messages received here
+    this.last = 0; // number of the last message received; the server counts messages from its start
+    this.count = 0; // number of messages that this panel has received
     this.dropped = 0;
     this.counts = countsOf([]);
     this.buttons = new Map(); // level -> its button
     this.fits = (_entry) => true; // whether an entry passes the filters
-    this.mark = (_entry) => false; // whether to mark it
+    this.mark = (_entry) => false; // whether to mark an entry
     const { settings } = place;
     this.hidden = new Set(settings.hidden || []);
     this.search = settings.search || "";
@@ -233,7 +233,7 @@ class Console {
       const now = this.filtered.findIndex((entry) => entry[0] === this.selected);
       const next = now < 0 ? this.filtered.length - 1 : Math.min(this.filtered.length - 1, Math.max(0, now + step));
       if (next !== now) this._select(this.filtered[next]);
-      this.atEnd = false; // stop scrolling, so that it can be read
+      this.atEnd = false; // stop scrolling, so that the message can be read
       this.scrollTarget = next;
       this._draw();
     } else if (event.key === "Escape" && this.selected !== null) this._select(null);

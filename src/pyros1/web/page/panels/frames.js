@@ -20,7 +20,7 @@ class Frames {
     this.selected = place.settings.selected || "";
     this.search = "";
     this.drawn = null; // {shape, rows} of the current table
-    this.drawnFrames = new Set(); // names
+    this.drawnFrames = new Set(); // names of the frames in the table
     this.paused = false;
     place.tools.append(
       h("input", { placeholder: "find frames", "aria-label": "find frames", size: 14, oninput: (event) => { this.search = event.target.value.toLowerCase(); this._draw(); } }),

@@ -29,7 +29,7 @@ class Gamepads {
     this.reader = new JoyReader(this.settings.order);
     this.pad = null;
     this.choice = null; // the chosen pad, kept while it is unplugged
-    this.idle = ""; // why nothing is pressed
+    this.idle = ""; // why the gamepad counts as released; "" if it does not
     this.stream = null;
     this.sender = null;
     if (!document.getElementById("gamepad-style")) {

@@ -32,7 +32,7 @@ class GraphPanel {
     this.pendingSelection = typeof settings.selected === "string" ? settings.selected : "";
     this.model = NO_MODEL;
     this.matchIds = [];
-    this.next = 0; // index of the match that Enter goes to
+    this.next = 0; // index of the match to which Enter goes next
     this.hideChoices = [];
     this.sheet = new Sheet(h("aside.sheet", { hidden: true, "aria-label": "details" }), place, {
       choose: (id) => this._selectById(id), close: () => this._choose(null), unfold: (group) => this._fold(group),
@@ -54,7 +54,7 @@ class GraphPanel {
     this._empty();
   }
 
-  // Another panel asks to select something: {selected: "/node" or "/topic"}.
+  // Called when another panel asks to select something: {selected: "/node" or "/topic"}.
   accept({ selected }) {
     this.pendingSelection = String(selected || "");
     this._update();
@@ -139,7 +139,7 @@ class GraphPanel {
     this._update();
   }
 
-  // The user has moved boxes, or moved them back.
+  // Called when the user has moved boxes, or moved them back.
   _moved() {
     this.back.hidden = !this.picture.scene.movedBoxes.size;
     this._save();
@@ -151,7 +151,7 @@ class GraphPanel {
   }
 
   _problem(text) {
-    if (text === this.trouble) return; // every update reports it
+    if (text === this.trouble) return; // every update reports the problem again
     this.trouble = text;
     this.place.problem(text && this.system ? `this may be out of date: ${text}` : "");
     if (!this.system) this._empty();
@@ -173,7 +173,7 @@ class GraphPanel {
     this._describe();
   }
 
-  // The selection may have changed or disappeared.
+  // Update the selection: the selected box or edge may have changed or disappeared.
   _follow() {
     if (!this.chosen) return;
     const { id, kind } = this.chosen;
@@ -225,7 +225,7 @@ class GraphPanel {
     this._unhide([...this.hide]);
   }
 
-  // Topics without subscribers.
+  // Show topics without subscribers.
   _showUnheard() {
     this.mode = this.modes.value = "all";
     this._unhide(["dead", "leaf"]);

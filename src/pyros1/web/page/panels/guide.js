@@ -2,7 +2,7 @@
 
 import { copy, empty, fill, h } from "../lib/dom.js";
 
-// The panels beside each step, with their titles here, and their settings.
+// The panels beside each step: [name, title in the guide, settings].
 const PANELS_BESIDE = {
   publisher: [["topics", "Topics"], ["graph", "Graph"]],
   look: [["graph", "Graph"], ["topics", "Topics"]],
@@ -169,7 +169,7 @@ function code(text, language, file) {
   return h("figure.guide-file", {}, file && h("figcaption.mono", {}, file, copy), h("pre", {}, text));
 }
 
-// A text, copied by a click.
+// An element with a text that a click copies to the clipboard.
 function copyable(text) {
   const button = h("button.guide-copy.mono", { title: "click to copy", onclick: () => { copyText(text, button); } }, text);
   return button;

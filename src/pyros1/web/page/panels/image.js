@@ -77,13 +77,13 @@ class Picture {
     this.paused = paused;
     this.pause.setAttribute("aria-pressed", String(paused));
     fill(this.pause, paused ? "Resume" : "Pause");
-    if (!paused && this.pendingImage) this._receive(...this.pendingImage); // there may be no later one
+    if (!paused && this.pendingImage) this._receive(...this.pendingImage); // no later image may arrive
     this.pendingImage = null;
   }
 
   _choose(topic) {
-    this.pendingImage = null; // it belongs to the previous topic
-    this._pause(false); // otherwise nothing of this topic would be shown
+    this.pendingImage = null; // the pending image belongs to the previous topic
+    this._pause(false); // otherwise no image on the new topic would be shown
     this.stream?.close();
     this.stream = null;
     this.topic = topic;

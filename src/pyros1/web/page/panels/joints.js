@@ -24,7 +24,7 @@ class Joints {
     this.rows = [];
     this.facts = null;
     this.pending = {}; // joint -> new position, not yet sent
-    this.published = {}; // the same, of joints that are published from here
+    this.published = {}; // joint -> position, for the joints that this panel publishes
     this.sendRequest = 0;
     if (!document.getElementById("joints-style")) {
       document.head.append(h("link", { id: "joints-style", rel: "stylesheet", href: "panels/joints.css" }));
@@ -147,7 +147,7 @@ class Joints {
     for (const row of this.rows) if (!row.joint.follows && !row.element.hidden) row.move(place(row.joint, row));
   }
 
-  // Positions are sent at most once per frame, however often a slider moves.
+  // Send a position that the user has chosen. Positions are sent at most once per frame, however often a slider moves.
   moved(name, position) {
     this.pending[name] = position;
     this.sendRequest ||= requestAnimationFrame(() => {
@@ -194,7 +194,7 @@ class Row {
     this.slider.disabled = this.field.disabled = !on || Boolean(this.joint.follows);
   }
 
-  // The robot reports a joint's position, perhaps only once.
+  // Called when the robot reports a joint's position, perhaps only once.
   reported(position) {
     clearTimeout(this.lastReported);
     const left = FOLLOW_DELAY - (performance.now() - this.lastTouch);

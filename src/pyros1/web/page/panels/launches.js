@@ -24,12 +24,12 @@ class Launches {
     this.wantedNode = settings.node || null; // a node to select when it appears
     this.launches = new Map(); // parameter -> Launch
     this.details = null;
-    this.trouble = ""; // affects the whole panel
+    this.trouble = ""; // a problem that affects the whole panel
     this.commandProblem = ""; // why the last command failed
     this._build();
     this.stream = place.robot.stream("launches", {}, {
       data: (data) => this._receive(data),
-      problem: (text) => { // every update reports it
+      problem: (text) => { // every update reports the problem again
         this.trouble = text;
         this.fail(this.commandProblem);
       },

@@ -46,7 +46,7 @@ class Nodes {
     this.tablePanel.close();
   }
 
-  // Another panel asks for a node, or for the loggers of one.
+  // Called when another panel asks for a node, or for a node's loggers.
   accept({ selected, loggers }) {
     if (loggers) this.unfoldLoggers = selected;
     if (selected) this.tablePanel.choose(selected);
@@ -91,7 +91,7 @@ class Nodes {
     const update = (now) => {
       fill(state, now ? (now.state === "silent" ? "does not answer" : "") : "this node is gone");
       if (!now) return;
-      if (uri === null || (now.uri && now.uri !== uri)) { // it was restarted: the process is another one
+      if (uri === null || (now.uri && now.uri !== uri)) { // the node was restarted, so its process is another one
         uri = now.uri;
         fill(host, machine(uri));
         fill(address, uri);

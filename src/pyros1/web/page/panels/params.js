@@ -90,7 +90,7 @@ class Parameters {
     this.found = String(found);
     this.configure.hidden = !found.length;
     fill(this.configure, h("option", { value: "" }, `Reconfigure (${found.length})`), found.map((name) => h("option", { value: name }, name)));
-    const { configure, reconfigure } = this.place.settings; // configure: requested by another panel; reconfigure: by a command
+    const { configure, reconfigure } = this.place.settings; // the server to show: configure is set by another panel, reconfigure by a command
     if (configure && found.includes(configure)) this._configure(configure);
     if (reconfigure === undefined) return;
     const wanted = reconfigure ? found.find((name) => name === reconfigure) : found[0];

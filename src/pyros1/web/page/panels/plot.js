@@ -26,7 +26,7 @@ export default {
 class Plot {
   constructor(place) {
     this.place = place;
-    this.curves = []; // {id, text, hidden, points: Map(part -> Points), problem, waits: for what}
+    this.curves = []; // {id, text, hidden, points: Map(part -> Points), problem, waits: what the curve waits for}
     this.period = Number(place.settings.period) || 20;
     this.stacked = Boolean(place.settings.stacked);
     this.xy = Boolean(place.settings.xy); // plot curves against each other instead of over time
@@ -40,7 +40,7 @@ class Plot {
     });
     this.range = null; // the zoomed range; null follows the newest data
     this.now = null; // the robot's time
-    this.nowAt = 0; // when that was received
+    this.nowAt = 0; // when `now` was received
     this.charts = [];
     this.lines = [];
     this.drawnAt = 0;
@@ -63,7 +63,7 @@ class Plot {
     this.timer = requestAnimationFrame(() => this._frame());
   }
 
-  // Another panel asks for something to be shown.
+  // Called when another panel asks for something to be plotted.
   accept(settings) {
     if (this.xy) this.pairs.add(settings.curves || []);
     else for (const text of settings.curves || []) this._add(text);
@@ -92,7 +92,7 @@ class Plot {
       "aria-label": "period", title: "time range shown",
       onchange: (event) => {
         this.period = Number(event.target.value);
-        if (this.range) this._showRange([this.range[1] - this.period, this.range[1]]); // it remains paused
+        if (this.range) this._showRange([this.range[1] - this.period, this.range[1]]); // the plot remains paused
         this._save();
       },
     }, [...new Set([...PERIODS, this.period])].sort((one, other) => one - other).map((seconds) => h("option", { value: seconds, selected: seconds === this.period }, seconds < 60 ? `${seconds} s` : `${seconds / 60} min`)));
@@ -140,7 +140,7 @@ class Plot {
 
   _submit(event) {
     event.preventDefault();
-    // like rqt_plot: several separated by commas, and /topic/x:y:z for three fields of one message
+    // like rqt_plot: several curves separated by commas, and /topic/x:y:z for three fields of one message
     const texts = splitCurves(this.input.value).map((text) => (/^\s*[A-Za-z]/.test(text) ? `/${text.trim()}` : text));
     if (this.xy) this.pairs.add(texts);
     else for (const text of texts) this._add(text);
@@ -368,7 +368,7 @@ class Plot {
     this._showTime(time);
   }
 
-  // Show the time under the cursor, relative to the axis and as the robot's clock.
+  // Show the time under the cursor: relative to the axis's zero, and by the robot's clock.
   _showTime(time) {
     this.timeText.hidden = time === null || time === undefined || this.now === null;
     if (!this.timeText.hidden) fill(this.timeText, `${(time - (this.origin ?? this.now)).toFixed(3)} s · ${clock(time)}`);

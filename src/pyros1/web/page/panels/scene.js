@@ -9,7 +9,7 @@ import { ViewChoice } from "../lib/scene/view_choice.js";
 
 const COLOURS = ["#1c7ed6", "#e8590c", "#2f9e44", "#9c36b5", "#e03131", "#0c8599", "#f08c00", "#6741d9"];
 const LIBRARY_MODULES = ["stage", "displays", "frames", "tools", "robot_model", "interactive_markers", "interaction", "overlay", "camera_view", "efforts", "select_tool"];
-const FRAMES_KEY = "frames"; // keys of displays; display_kinds.js has the others
+const FRAMES_KEY = "frames"; // keys of displays; display_kinds.js describes the keys of all others
 const GRID_KEY = "grid";
 
 /**
@@ -51,7 +51,7 @@ class Scene {
     this.toolbox = new Toolbox(this, place.settings.tools);
     this.list = this._displayList();
     this._build();
-    const { notes } = place.settings; // what is in a file but not supported by this panel
+    const { notes } = place.settings; // what an rviz file contains, but this panel does not support
     if (texts(notes)?.length) this.say(notes.join("\n"));
     this.onAbout = () => this.toolbox.updatePermissions();
     place.robot.addEventListener("about", this.onAbout);
@@ -153,7 +153,7 @@ class Scene {
     const offered = JSON.stringify([addableDisplays(this.types, this.topics, this.robots), this.topics.map((key) => [parseKey(key, this.types).kind, this.types[parseKey(key, this.types).topic]])]);
     if (offered === this.offered) return;
     this.offered = offered;
-    for (const key of this.topics) { // its type has become known, or has changed
+    for (const key of this.topics) { // the topic's type may have become known, or may have changed
       const { kind, topic } = parseKey(key, this.types);
       const { kind: before, display } = this.displays.get(key);
       if (!kind && !before) display.status = this._unknown(topic);
@@ -178,7 +178,7 @@ class Scene {
       entry.display.place?.(this.frames);
       this.list.updateStatus(entry);
     }
-    this.look.fitRobot(others); // it may have moved
+    this.look.fitRobot(others); // the robot may have moved
     this.look.follow();
   }
 
@@ -235,7 +235,7 @@ class Scene {
   _add(key) {
     if (this.topics.includes(key)) return;
     this.topics.push(key);
-    if (!this.stage) return; // it is created with the others
+    if (!this.stage) return; // the display will be created with the others, when three.js has been loaded
     this._show(key);
     this._changed();
   }
@@ -304,7 +304,7 @@ class Scene {
     else entry.display = new this.lib.Display(COLOURS[(this.displays.size - 1) % COLOURS.length], kind, host);
     entry.display.inspect?.(this.toolbox.activeTool === "select");
     this._addEntry(entry);
-    if (!kind) { // its kind is not known before the system is
+    if (!kind) { // the kind of display is unknown until the topic's type is known
       entry.display.status = this._unknown(topic);
       return;
     }

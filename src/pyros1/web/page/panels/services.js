@@ -6,8 +6,8 @@ import { TablePanel } from "../parts/table_panel.js";
 import { copyable, definitionList, nameLinks, outcome, tabbed } from "../parts/widgets.js";
 import { Tree } from "../parts/tree.js";
 
-const REQUESTED_TYPES = 40; // types to request at a time
-const INTERNAL_SERVICES = /\/(get_loggers|set_logger_level)$/; // services of every node
+const REQUESTED_TYPES = 40; // maximum number of types to request at a time
+const INTERNAL_SERVICES = /\/(get_loggers|set_logger_level)$/; // services that every node provides
 
 export default {
   title: "Services",

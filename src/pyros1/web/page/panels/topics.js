@@ -57,7 +57,7 @@ class Topics {
     this.place.robot.removeEventListener("about", this.onAbout);
   }
 
-  // A command has asked to publish, on a given topic or on any.
+  // If a command has requested the form to publish, on a given topic or on any, show it.
   _begin() {
     const { publish } = this.place.settings;
     if (publish === undefined || this.hasBegun) return;
@@ -68,7 +68,7 @@ class Topics {
     } else this._newTopic(String(publish));
   }
 
-  // Another panel asks for a topic.
+  // Called when another panel asks for a topic.
   accept({ selected }) {
     if (selected) this.tablePanel.choose(selected);
   }
@@ -93,7 +93,7 @@ class Topics {
     this.all.title = count ? "stop listening" : `subscribe to topics without subscribers to measure their rates: the first ${MAX_MEASURED} of those found`;
   }
 
-  // Topics that match the search and have no subscribers.
+  // Return the names of the topics that match the search, and have publishers but no subscribers.
   _unheardTopics() {
     return this.tablePanel.found.filter(({ publishers, subscribers }) => publishers.length && !subscribers.length).map(({ name }) => name);
   }
@@ -180,7 +180,7 @@ class Topics {
     return { element };
   }
 
-  // A topic that does not exist yet.
+  // Show the form for a topic that does not exist yet.
   _newTopic(begin = "") {
     const name = h("input.mono", { value: begin, placeholder: "/topic", "aria-label": "topic", spellcheck: false, required: true });
     const type = h("input.mono", { placeholder: "std_msgs/String", "aria-label": "type", spellcheck: false, required: true });

@@ -6,7 +6,7 @@ import { drawPicture } from "../lib/images.js";
 const SIZE = 500; // width and height of the drawing
 const PIXELS_PER_UNIT = 45;
 const BACKGROUND = "#4556ff";
-const SHELLS = ["#3f9142", "#b4690e", "#8e44ad", "#c0392b", "#16808a", "#7f6000"]; // used in turn
+const SHELLS = ["#3f9142", "#b4690e", "#8e44ad", "#c0392b", "#16808a", "#7f6000"]; // colours, used in turn
 const SKINS = ["#8fd694", "#f0b765", "#c99be0", "#ef9a90", "#7fd6de", "#d8bd5a"];
 
 export default {

@@ -22,7 +22,7 @@ export class Editor {
     this.element = h("div.editor", {}, this.tabs.element, this.outcome.element);
   }
 
-  // Return the message, after parsing the text. If that is invalid, it rejects with an empty message, since the reason is shown already.
+  // Return the message, after parsing the text. If the text is invalid, the promise rejects with an empty error message, since the reason is shown already.
   async message() {
     if (this.timer) await this._read();
     await this.reading;

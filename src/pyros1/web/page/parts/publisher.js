@@ -12,7 +12,7 @@ export class Publisher {
     this.element = h("div.publisher", {}, h("p.muted.hint", {}, "…"));
     this.outcome = outcome();
     this.stream = null;
-    // It must not restart by itself, perhaps much later.
+    // Publishing must not restart by itself, perhaps much later.
     this.onState = () => {
       if (!this.stream || robot.state === "connected") return;
       this._stop();
@@ -83,7 +83,7 @@ export class Publisher {
     if (this.repeat) fill(this.repeat, "Repeat");
   }
 
-  // What is published at a rate follows the form; an invalid form changes nothing.
+  // Update the message that is published at a rate to the form's; an invalid form changes nothing.
   _changed() {
     if (!this.stream || !this.editor || this.editor.problem) return;
     const value = this.editor.value;

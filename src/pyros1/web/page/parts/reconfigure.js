@@ -13,9 +13,9 @@ export class Reconfigure {
     this.node = node;
     this.controls = new Map(); // name -> {set(value)}
     this.groups = new Map(); // path of a group -> {element, open, pendingRequests}; open: the state of the node, or the requested one
-    this.states = []; // of all groups, as reported by the node
+    this.states = []; // states of all groups, as reported by the node
     this.pending = null; // name -> value, to be sent next
-    this.sent = null; // the same, waiting for the node's response
+    this.sent = null; // name -> value, sent to the node, which has not responded yet
     this.values = {};
     this.isBusy = false;
     this.outcome = outcome();
@@ -55,7 +55,7 @@ export class Reconfigure {
     }
   }
 
-  // The user has opened or closed a group. For the type "collapse" the node stores that for all clients.
+  // Called when the user has opened or closed a group. For the type "collapse", the node stores that for all clients.
   async _groupToggled(key) {
     const group = this.groups.get(key);
     const its = ({ path, type }) => type === "collapse" && this.groups.get(String(path));
@@ -67,7 +67,7 @@ export class Reconfigure {
     try {
       await this.robot.call("reconfigure.turn", { node: this.node, groups });
     } catch (error) {
-      this.losesGroupStates = true; // like stock's Python servers
+      this.losesGroupStates = true; // like Python servers in stock ROS
       this.outcome.say(`This node does not store which groups are closed: ${error.message}`);
     } finally {
       group.pendingRequests -= 1;
@@ -162,7 +162,7 @@ export class Reconfigure {
         this.pending = null;
         await this.robot.call("reconfigure.update", { node: this.node, values, types: this.types });
         this.sent = null;
-        if (this.values !== before) this._show(); // otherwise the current values arrive anyway: the response may be older than changes by others
+        if (this.values !== before) this._show(); // the response is not displayed: other clients may have changed values since; the stream delivers the current ones
         this.outcome.say("");
       }
     } catch (error) {

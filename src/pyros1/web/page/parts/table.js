@@ -11,14 +11,14 @@ const MANY_ROWS = 60; // rows; above this, namespaces are initially folded
 
 // columns: [{title, text(row), value(row), node(row), number, width, least}]; the first is the name.
 // text: what is displayed; value: what is sorted by, if not the text; node: an element instead, created once per row;
-// width: in the grid; least: width of the table in pixels below which the column is omitted.
+// width: the column's width in the CSS grid; least: width of the table in pixels below which the column is omitted.
 // on: {select(row), changed()}; changed is called when the user has sorted or folded.
 export class Table {
   constructor(columns, on, /** @type {Options} */ { label, sort = null, tree = null, open = [] } = {}) {
     this.columns = columns;
     this.on = on;
     this.sort = sort || { column: 0, down: false };
-    this.tree = tree; // true, false, or null: if there are many rows
+    this.tree = tree; // whether namespaces are shown as a tree; null: only if there are many rows
     this.toggled = new Set(open); // namespaces folded or unfolded by the user
     this.hasDetails = false;
     this.rows = [];

@@ -8,7 +8,7 @@ const style = h("link", { rel: "stylesheet", href: "parts/parts.css" });
 document.head.append(style);
 
 // options: {columns, label, noun, tree, searchText(row), details(row), empty(), tools}
-// tree: whether it starts as a tree, or null: if there are many rows; noun: what a row is; searchText: the text to search; details: creates {element, update(row), close()};
+// tree: whether the table starts as a tree; null: only if there are many rows; noun: what a row is; searchText: the text to search; details: creates {element, update(row), close()};
 // empty: what to show if there are no rows; tools: more elements for the panel's head.
 export class TablePanel {
   constructor(place, options) {
@@ -68,7 +68,7 @@ export class TablePanel {
     this.table.show(rows);
     this._drawTools();
     const row = rows.find((each) => each.name === this.selected);
-    if (row && !this.details) this._open(row); // a link may name one that appears later
+    if (row && !this.details) this._open(row); // a link may name a row that appears later
     else if (this.details && row) this.details.update?.(row);
     else if (this.details) this.details.update?.(null);
   }
@@ -137,7 +137,7 @@ export class TablePanel {
   }
 }
 
-// All words must be found, in any order.
+// Return a matcher for the search: a regular expression such as /^\/arm/i, or words that must all occur, in any order.
 function matcher(text) {
   const expression = /^\/(.+)\/([iu]*)$/.exec(text);
   if (expression && expression[1].length > 1) {

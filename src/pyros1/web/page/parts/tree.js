@@ -14,9 +14,9 @@ export class Tree {
   constructor(on = {}, prefix = "") {
     this.on = on;
     this.prefix = prefix;
-    this.fields = null; // of the definition, see pyros1/web/models/forms.py: names of constants are shown beside their values
+    this.fields = null; // fields of the definition, see pyros1/web/models/forms.py: names of constants are shown beside their values
     this.folds = new Map(); // path -> open, as set by the user
-    this.lengths = new Map(); // of arrays, by path
+    this.lengths = new Map(); // path of an array -> its length
     this.element = h("div.tree.mono", { role: "tree" });
     this.root = null;
     this.kind = null;
@@ -84,7 +84,7 @@ export class Tree {
     element.classList.add(numeric ? (type === "bool" ? "bool" : "num") : type === "string" ? "text" : "time");
     let last;
     return { element, update: (value) => {
-      const text = written(value, type === "float64" && path.endsWith("]") ? "" : type); // most are shorter
+      const text = written(value, type === "float64" && path.endsWith("]") ? "" : type); // elements of arrays are not rounded to 15 digits: most have fewer
       if (text === last) return;
       last = text;
       element.textContent = text;

@@ -2,7 +2,7 @@
 
 import { copy, fill, h } from "../lib/dom.js";
 
-// A text, copied by a click.
+// An element with a text that a click copies to the clipboard.
 export function copyable(text, shown = text) {
   const element = h("button.copy.mono", { title: `click to copy ${text}`, onclick: () => {
     copy(text);

@@ -7,7 +7,7 @@ const ANIMATION_MS = 260; // ms
 
 export class Camera {
   // on: {changed(), click(x, y), double(x, y), hover(x, y), userMoved(), grab(x, y, touch), drag(right, down), drop(), coveredHeight()}; x and y in plane coordinates.
-  // grab returns whether a drag moves an object there; otherwise it moves the plane.
+  // grab returns whether a drag from this point moves an object; otherwise it moves the plane.
   // coveredHeight returns the height in pixels covered by the line of numbers at the bottom.
   // userMoved is called when the user moves the view, so that it is no longer fitted automatically.
   constructor(element, on) {

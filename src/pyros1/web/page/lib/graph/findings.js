@@ -1,8 +1,8 @@
-// What `pyros1 wtf` reports about a topic or node.
+// The findings of `pyros1 wtf` about a topic or node.
 
 import { fill, h } from "../dom.js";
 
-// An element with a button that runs the check, or that runs it at once. kind: "topic" or "node".
+// Return an element with a button that runs the check; with atOnce, the check runs immediately. kind: "topic" or "node".
 export function findings(robot, kind, name, atOnce) {
   const element = h("div.findings", { role: "status" });
   const ask = async () => {

@@ -23,7 +23,7 @@ export class GraphView {
     this.chosen = null;
     this.highlighted = null;
     this.number = 0;
-    this.frame = 0; // of requestAnimationFrame; 0 for none
+    this.frame = 0; // id from requestAnimationFrame; 0 for none
     this.widths = new Map(); // text widths in pixels
     /** @type {{layout: number, shown?: number, frames: number[][]}} */
     this.times = { layout: 0, frames: [] };

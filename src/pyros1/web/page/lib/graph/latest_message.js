@@ -27,7 +27,7 @@ export class LatestMessage {
     else this._open();
   }
 
-  // Whether it was created with these arguments.
+  // Return whether this object was created with these arguments.
   isOf(topic, type, published) {
     return !this.closed && this.topic === topic && this.type === type && this.published === published;
   }

@@ -2,11 +2,11 @@
 //
 // layout(what) takes
 //   {boxes: [{id, width, height, group}], edges: [{id, from, to, width, height}], groups: [{name, parent}], down, room: [width, height]}
-// down: prefer top to bottom over left to right; the one that fits better is used
-// width and height of an edge: the size of its label; 0 without a label
+//   down: whether to try top to bottom before left to right; the second is used only if the first is too small to read, and the second clearly larger
+//   width and height of an edge: the size of its label; 0 without a label
 // and returns
 //   {boxes: {id: [x, y]}, edges: {id: {points: [x, y, ...], label: [x, y]}}, frames: {group: [x, y, width, height]}, width, height, down}
-// x and y are centres; an edge has POINTS points.
+//   x and y are centres; an edge has POINTS points.
 //
 // Unconnected parts are laid out one by one and then packed. dagre gives the best layout, but takes minutes for a thousand
 // boxes; above MAX_FOR_DAGRE a simpler method is used, with namespaces as boxes that contain boxes.
@@ -18,7 +18,7 @@ import { layered } from "./layered.js";
 
 export const POINTS = 10;
 export const MAX_FOR_DAGRE = 260; // boxes and edges of a connected part
-const MAX_IN_NAMESPACE = 60; // the same for a namespace in a large part, since there may be many
+const MAX_IN_NAMESPACE = 60; // boxes and edges of a namespace in a large part; the limit is lower, since there may be many namespaces
 const GAP = 44;
 const READABLE_SCALE = 1; // pixels per unit; below this, the other direction is tried as well
 const LARGE_GRAPH = 1500; // boxes and edges

@@ -2,16 +2,16 @@
 //
 // system: what the view "system" sends, see pyros1/web/system.py
 // choice: {mode: "nodes" | "active" | "all", hide: [names of HIDE_OPTIONS], depth, toggled: [group]}
-// depth: levels of namespaces that become groups; -1 means one level if there are many boxes, initially folded
-// toggled: groups folded by the user, or unfolded if they are initially folded
+//   depth: levels of namespaces that become groups; -1 means one level if there are many boxes, initially folded
+//   toggled: groups folded by the user, or unfolded if they are initially folded
 // build(system, choice) -> {
-// boxes:  [{id, kind: "node" | "topic" | "group" | "site", name, label, group, silent, inside, text}]; inside: the boxes of a
-//   folded group; text: describes a site; a site is silent while it is lost
+//   boxes:  [{id, kind: "node" | "topic" | "group" | "site", name, label, group, silent, inside, text}]; inside: the boxes of
+//           a folded group; text: describes a site; a site is silent while it is lost
 //   edges:  [{id, from, to, links}]; links: [{topic, publisher, subscriber, state, hz, bytes}], state is one of
-// "ok", "broken" (it should exist, but does not), "unknown" (one end does not respond, or has just started)
+//           "ok", "broken" (it should exist, but does not), "unknown" (one end does not respond, or has just started)
 //   groups: [{id, name, label, parent}]
-// all, cut: the number of boxes without hiding, and the number left out because there are too many
-// unheard: the number of topics of visible nodes that are hidden because they have no subscribers
+//   all, cut: the number of boxes without hiding, and the number left out because there are too many
+//   unheard: the number of topics of visible nodes that are hidden because they have no subscribers
 // }
 
 import { sitesOf, standIns } from "./sites.js";

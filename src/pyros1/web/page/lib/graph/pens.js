@@ -1,8 +1,8 @@
 // Two pens that draw the same image: on a canvas, or as SVG elements.
 //
 //   lines([points], {stroke, width, dash, alpha})      points: [x, y, ...], drawn as a smooth line
-// tip(x, y, angle, {fill, alpha})                    an arrow head
-// box(x, y, width, height, {radius, fill, stroke, lineWidth, dash, alpha})    x and y are the centre
+//   tip(x, y, angle, {fill, alpha})                    an arrow head
+//   box(x, y, width, height, {radius, fill, stroke, lineWidth, dash, alpha})    x and y are the centre
 //   text(x, y, text, {size, weight, fill, align, alpha})
 
 import { s } from "../dom.js";

@@ -15,7 +15,7 @@ const SHAPES_ONLY_SCALE = 0.25; // pixels per unit; below this, only shapes are 
 const MIN_GROUP_FONT = 11; // pixels; minimum font size of group names
 const MAX_LABELS = 400;
 const MAX_MOVED_BOXES = 500; // maximum number of boxes that the user has moved
-const PADDING = 14; // of a group around a moved box
+const PADDING = 14; // between the frame of a group and a box that the user has moved
 const TITLE_HEIGHT = 20;
 const MIN_FONT = 4.5; // pixels; smaller text is not drawn
 
@@ -57,8 +57,8 @@ export class Scene {
     this.movedBoxes = new Map(); // id -> [x, y]: boxes that the user has moved
     this.pendingOffsets = new Map(); // id -> [right, down]: the same for boxes that do not exist yet, as offsets from the layout's position
     this.begin = -Infinity;
-    this.whole = [0, 0, 1, 1]; // of the layout: [left, top, right, bottom]
-    this.bounds = this.whole; // the same with the boxes that the user has moved
+    this.whole = [0, 0, 1, 1]; // the area of the layout: [left, top, right, bottom]
+    this.bounds = this.whole; // the area that also contains the boxes that the user has moved
   }
 
   // Update rates only.
@@ -127,7 +127,7 @@ export class Scene {
     return [...[...this.pendingOffsets].map(([id, way]) => [id, ...way]), ...there];
   }
 
-  // Links are untrusted input.
+  // Store offsets from a link, which is untrusted input: invalid entries are ignored.
   set offsets(list) {
     const good = (each) => Array.isArray(each) && typeof each[0] === "string" && each.length === 3 && each.slice(1).every(Number.isFinite);
     this.pendingOffsets = new Map((Array.isArray(list) ? list : []).filter(good).slice(0, MAX_MOVED_BOXES).map(([id, ...way]) => [id, way]));
@@ -365,7 +365,7 @@ function middle(values) {
   return sorted[Math.floor(sorted.length / 2)];
 }
 
-// Move a line (points, then the position of its label) with its ends: its middle moves by half.
+// Move a line (points, then the position of its label) with its ends. Points in between move in proportion.
 function moveEnds(home, first, last) {
   if (!first && !last) return home;
   const [[ax, ay], [bx, by]] = [first || [0, 0], last || [0, 0]];

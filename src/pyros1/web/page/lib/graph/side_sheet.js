@@ -133,7 +133,7 @@ export class Sheet {
       if (flow.textContent !== text) fill(flow, text);
     });
     const published = publishers.length > 0;
-    if (!this.latest?.isOf(name, type, published)) { // otherwise it would forget its message whenever a subscriber comes or goes
+    if (!this.latest?.isOf(name, type, published)) { // otherwise the displayed message would vanish whenever a subscriber comes or goes
       this.latest?.close();
       this.latest = new LatestMessage(this.place, name, type, published, this.flow(name));
     }

@@ -1,4 +1,4 @@
-// How the graph shows bridges: other sites as boxes beside their bridge, with the topics that they exchange. Pure.
+// Bridges in the graph: other sites are shown as boxes beside their bridge, with the topics that they exchange. Pure.
 //
 // bridges: as in the system that pages get, see pyros1/web/transforms/bridges.py
 

@@ -21,7 +21,7 @@ export class Display {
     this.object = new THREE.Group();
     this.colour = colour;
     this.kind = kind;
-    this.status = ""; // status, for the list
+    this.status = ""; // text for the list of displays
     this.problem = "";
     this.controls = { ...OPTIONS[kind] };
     if (this.controls.tint === TINT_CONTROL) this.controls.tint = { ...TINT_CONTROL, defaultValue: colour };
@@ -260,7 +260,7 @@ export class Display {
   }
 
   _updateStatus() {
-    if (!this.markers) return; // a mesh of earlier markers was loaded
+    if (!this.markers) return; // the markers are gone, but one of their meshes has just been loaded
     const { count, faults, invisible } = this.markers;
     this.status = `${plural(count, "marker")}${invisible.size ? `, ${invisible.size} transparent (color.a is 0)` : ""}`;
     this.problem = this.missingFrame === undefined ? [...faults.values()][0] || "" : noTransformMessage(this.missingFrame);
@@ -304,7 +304,7 @@ function rotationOf(pose) {
   return place.quaternion;
 }
 
-// Links are untrusted input.
+// Return an option's value if it is valid, else the default or a limit: it may come from a link, which is untrusted input.
 function validOption(value, /** @type {Partial<import("./options.js").Control>} */ { kind, least = -Infinity, most = Infinity, defaultValue } = {}) {
   if (kind === "number") return Number.isFinite(value) ? Math.min(most, Math.max(least, value)) : defaultValue;
   if (kind === "colour") return /^#[0-9a-f]{6}$/i.test(value) ? value : defaultValue;

@@ -6,7 +6,7 @@ import { formatNumbers, poseRows } from "./select_tool.js";
 import { dispose, setPose } from "./stage.js";
 import { readUrdf } from "./urdf.js";
 
-const ARC_ANGLE = 1.5 * Math.PI; // of an arc; its tip shows the direction
+const ARC_ANGLE = 1.5 * Math.PI; // angle of an arc in radians; its tip shows the direction
 const ARC_THICKNESS = 0.06; // fraction of an arc's radius
 const MIN_EFFORT = 0.02; // fraction of the maximum effort; below that nothing is drawn
 const IMMOVABLE = new Set(["fixed", "floating"]);

@@ -16,7 +16,7 @@ export class FixedChoice {
     this.element = h("label.check", {}, h("span.what", {}, "fixed"), this.list, this.field);
   }
 
-  // names: known frames; usual: describes the default fixed frame. Returns whether anything has changed.
+  // names: known frames; defaultText: describes the default fixed frame. Returns whether anything has changed.
   offer(names, defaultText) {
     const key = JSON.stringify([names, defaultText, this.frame]);
     if (key === this.key) return false;

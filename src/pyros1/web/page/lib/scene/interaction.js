@@ -56,7 +56,7 @@ export class Interaction {
     const hit = this._hit(event);
     if (!hit || event.button === 1) return;
     event.stopPropagation();
-    if (this.drag) return; // by another finger
+    if (this.drag) return; // another finger is already dragging
     const { control, point } = hit;
     const { marker } = control;
     if (event.button === 2 || control.facts.mode === MODE.MENU || control.facts.mode === MODE.NONE) {
@@ -71,8 +71,8 @@ export class Interaction {
     else axis.applyQuaternion((control.facts.facing === FACING.FIXED ? marker.outer : marker.inner).getWorldQuaternion(turn));
     const drag = { control, pointer: event.pointerId, name: control.facts.name, mode: control.facts.mode, axis, marker, from: point.clone(), at: [event.offsetX, event.offsetY] };
     this.drag = drag;
-    marker.onReplaced = (again) => { drag.marker = again; }; // its server may send it again meanwhile
-    this._feedback(EVENT.POSE_UPDATE, point); // the order of all these is rviz's
+    marker.onReplaced = (again) => { drag.marker = again; }; // the server may replace the marker during the drag
+    this._feedback(EVENT.POSE_UPDATE, point); // rviz sends these messages in the same order
     this._feedback(EVENT.MOUSE_DOWN, point);
     if (control.facts.mode === MODE.BUTTON) this._feedback(EVENT.BUTTON_CLICK, point);
     this.heartbeat = setInterval(() => this._feedback(EVENT.POSE_UPDATE), KEEP_ALIVE);
@@ -205,7 +205,7 @@ export class Interaction {
   }
 }
 
-// What a drag does in each mode. Each function takes the drag, the ray of the mouse, the event and the camera; it returns whether something has moved.
+// The effect of a drag in each interaction mode. Each function takes the drag, the ray of the mouse, the event and the camera; it returns whether something has moved.
 const DRAG_HANDLERS = {
   [MODE.MOVE_AXIS]: (drag, ray) => {
     const place = nearestOnLine(drag.from, drag.axis, ray);

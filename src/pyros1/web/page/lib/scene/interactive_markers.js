@@ -1,4 +1,4 @@
-// Interactive markers: how they look, and where they are. interaction.js handles the mouse.
+// Interactive markers: their shapes and poses. interaction.js handles the mouse.
 
 import * as THREE from "../../vendor/three/three.module.min.js";
 import { arrowOf, disposeMarker, markerObject } from "./markers.js";

@@ -3,7 +3,7 @@
 import * as THREE from "../../vendor/three/three.module.min.js";
 
 const FONT_SIZE = 48; // font size in pixels
-const SMALL_FONT = 16; // the same if there are many labels
+const SMALL_FONT = 16; // font size in pixels if there are many labels
 const MAX_LENGTH = 300; // characters
 const MAX_WIDTH = 2048; // pixels; longer lines get smaller letters
 const MAX_TOTAL_PIXELS = 24e6; // pixels of all labels, about 100 MB; further ones are not drawn, and have userData.missing

@@ -1,4 +1,4 @@
-// Which of the labels in an image are visible. Pure.
+// Selects the labels in an image that are visible, so that none overlap. Pure.
 
 // boxes: {left, top, wide, high} in pixels, in order of importance. Returns, for each, whether it is visible: it overlaps
 // no visible box before it.

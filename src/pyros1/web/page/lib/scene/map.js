@@ -118,7 +118,7 @@ export class MapPlane {
   }
 }
 
-// Behind everything: drawn first, before opaque objects, and without hiding any.
+// Set whether a plane is behind everything: it is then drawn first, before opaque objects, and hides none of them.
 function setLayer(plane, behind) {
   const { material } = plane;
   plane.renderOrder = behind ? -2 : -1;

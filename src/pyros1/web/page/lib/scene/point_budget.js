@@ -1,8 +1,8 @@
-// How many points of a cloud to draw: fewer when frames take too long, more when they do not.
+// The number of points of a cloud to draw: fewer when frames take too long, more when they do not.
 // Pure.
 
 const SLOW_FRAME = 150; // milliseconds that a frame may take
-const SLOW_FRAMES = 3; // consecutive frames that take longer
+const SLOW_FRAMES = 3; // consecutive frames that take longer before fewer points are requested
 const FAST_FRAMES = 5; // consecutive frames that are fast enough before more points are requested
 const MAX_FAST_FRAMES = 160;
 const MIN_INCREASE = 1.5; // more points are requested if this factor more could be drawn

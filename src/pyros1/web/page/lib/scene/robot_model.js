@@ -31,7 +31,7 @@ export class RobotModel {
     this.geometries = new Map(); // geometry as JSON -> its shape
     this.generation = 0;
     this.faults = [];
-    this.loading = 0; // meshes and textures
+    this.loading = 0; // number of meshes and textures that are being loaded
   }
 
   // Apply data of the view param.

@@ -28,12 +28,12 @@ export function path({ count }, numbers, colour, /** @type {Style} */ style = {}
   return [group, plural(count, "pose")];
 }
 
-// Three.js complains if it has to add nothing.
+// Add objects to a group. three.js's add logs an error if it is called without objects.
 function addAll(group, things) {
   for (const thing of things) group.add(thing);
 }
 
-// Copies of an object at the first of many poses.
+// Return copies of an object at the given poses, up to MAX_ARROWS.
 function copies(count, numbers, thing) {
   return Array.from({ length: Math.min(count, MAX_ARROWS) }, (_, index) => {
     const place = new THREE.Group();

@@ -59,8 +59,8 @@ export class Stage {
     this.frameView = new FrameView(this);
     this.frames = 0;
     this.lag = 0; // milliseconds that the last frame took
-    this.before = []; // called before each frame
-    this.after = []; // called after each frame, to draw more into it
+    this.before = []; // functions that are called before each frame
+    this.after = []; // functions that are called after each frame, to draw more into it
     this.view("orbit");
     this.colours();
     this.observer = new ResizeObserver(() => this.resize());
@@ -132,7 +132,7 @@ export class Stage {
     if (this.isInFrame) this.frameView.enter(good(position) && good(target) ? { axis, position, target } : { axis });
     if (this.isInFrame || !good(position) || !good(target)) return;
     this.controls.target.fromArray(target);
-    this.followedYaw = null; // it already includes the frame's rotation
+    this.followedYaw = null; // the given position already includes the frame's rotation
     const above = position[0] === target[0] && position[1] === target[1]; // then x is up on the screen, as in the view "top"
     this.camera.position.set(above ? position[0] - 0.001 : position[0], position[1], position[2]);
     this.camera.zoom = zoom > 0 ? zoom : 1;
@@ -199,7 +199,7 @@ export class Stage {
     const before = this.followed;
     this.followed = step.clone();
     if (before) step.sub(before);
-    else step.sub(this.controls.target); // start by looking at it
+    else step.sub(this.controls.target); // start by looking at the frame
     if (step.lengthSq() < 1e-12) return;
     this.camera.position.add(step);
     this.controls.target.add(step);
@@ -294,7 +294,7 @@ function boundsOf(object) {
   return [...own.min.toArray(), ...own.max.toArray()].every((value) => Math.abs(value) < MAX_COORDINATE) ? own : null;
 }
 
-// Browsers name the renderer.
+// Return whether a graphics card draws the scene; the renderer's name, which browsers tell, reveals software renderers.
 function hasGraphicsCard() {
   const probe = document.createElement("canvas").getContext("webgl2");
   const names = probe?.getExtension("WEBGL_debug_renderer_info");

@@ -7,7 +7,7 @@ import { dispose, setPose } from "./stage.js";
 const MAX_CLICK_MOVE = 4; // pixels that the pointer may move during a click
 const COVARIANCE = Object.assign(new Array(36).fill(0), { 0: 0.25, 7: 0.25, 35: 0.06853891909122467 }); // rviz's defaults: 0.5 m, 15°
 
-// The type and value to publish for a pose on the ground.
+// Tool -> function that returns the type and value to publish for a pose on the ground.
 export const MESSAGES = {
   goal: (pose, frame) => ["geometry_msgs/PoseStamped", { header: { frame_id: frame, stamp: "now" }, pose }],
   point: ({ position }, frame) => ["geometry_msgs/PointStamped", { header: { frame_id: frame, stamp: "now" }, point: position }],

@@ -105,7 +105,7 @@ function material(element) {
     const colour = child(element, "color");
     if (colour) color = numbers(colour, "rgba", [1, 1, 1, 1]).map((value) => Math.min(1, Math.max(0, value)));
   } catch {
-    // the default colour
+    // an invalid colour: use the default
   }
   return { color, texture: child(element, "texture")?.getAttribute("filename") || "" };
 }
@@ -117,7 +117,7 @@ function joint(element) {
     place.axis = numbers(child(element, "axis"), "xyz", place.axis);
     [place.effort] = numbers(child(element, "limit"), "effort", [0]);
   } catch {
-    // use the valid part
+    // an invalid attribute: use those that were read before it
   }
   const name = (tag) => child(element, tag)?.getAttribute("link") || "";
   return { name: element.getAttribute("name") || "", type: element.getAttribute("type") || "", parent: name("parent"), child: name("child"), ...place };

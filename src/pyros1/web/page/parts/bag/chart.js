@@ -82,7 +82,7 @@ export class Chart {
     this._mark();
   }
 
-  // The lanes have moved.
+  // Called when the lanes have moved.
   resize() {
     this._layOut();
   }

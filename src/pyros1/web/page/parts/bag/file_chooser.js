@@ -3,7 +3,7 @@
 import { command, empty, fill, h } from "../../lib/dom.js";
 import { bytes } from "../../lib/format.js";
 
-const FILTER_FROM = 12; // number of files up to which no filter is needed
+const FILTER_FROM = 12; // maximum number of files for which no filter is shown
 
 // on: {open(path), problem(text), folder(path, writable)}; folders: choose a folder instead of a file.
 export class FileChooser {

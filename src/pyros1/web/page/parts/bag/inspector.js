@@ -4,7 +4,7 @@ import { empty, fill, h } from "../../lib/dom.js";
 import { Tree } from "../tree.js";
 import { formatElapsed } from "./times.js";
 
-const MAX_TOPICS = 8; // topics
+const MAX_TOPICS = 8; // maximum number of topics
 
 // on: {plot(text), step(topic, forward), drop(topic), problem(text)}
 export class Inspector {

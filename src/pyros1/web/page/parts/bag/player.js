@@ -17,8 +17,8 @@ export class Player {
     this.publish = false;
     this.onlySelected = false;
     this.time = 0;
-    this.previousTime = 0; // when the cursor was moved
-    this.frame = 0; // of requestAnimationFrame
+    this.previousTime = 0; // when the cursor was last moved
+    this.frame = 0; // id from requestAnimationFrame
     this.opened = 0; // how often the stream was opened
     this._build();
   }
@@ -86,14 +86,14 @@ export class Player {
     this.on.problem("");
   }
 
-  // The user has moved the cursor.
+  // Called when the user has moved the cursor.
   seek(time) {
     this.time = time;
     this.previousTime = performance.now();
     if (this.stream) this._send(time);
   }
 
-  // The user has selected other topics.
+  // Called when the user has selected other topics.
   selected() {
     if (this.stream && this.onlySelected) this._changed();
   }

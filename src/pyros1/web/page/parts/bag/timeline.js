@@ -20,7 +20,7 @@ export class Timeline {
     this.facts = null;
     this.time = 0;
     this.view = [0, 1];
-    this.fullView = [0, 1]; // of the whole bag
+    this.fullView = [0, 1]; // the time range of the whole bag
     this.selected = new Set();
     this.rows = [];
     this.thumbnails = new Map(); // topic -> Thumbnails

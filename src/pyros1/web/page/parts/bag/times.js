@@ -2,7 +2,7 @@
 
 const STEPS = [1, 2, 5, 10, 15, 30, 60, 120, 300, 600, 900, 1800, 3600, 7200, 14400, 43200, 86400];
 
-// Return round times for a ruler, approximately a given number.
+// Return approximately a given number of round times for a ruler.
 export function ticks(begin, end, count) {
   const least = (end - begin) / count;
   const power = 10 ** Math.floor(Math.log10(least));
@@ -12,7 +12,7 @@ export function ticks(begin, end, count) {
   return { step, times };
 }
 
-// Format seconds since the beginning: 3.25 s, 1:02, 1:02:03. step: of the ruler, determines the number of digits.
+// Format seconds since the beginning: 3.25 s, 1:02, 1:02:03. step: the ruler's step, which determines the number of digits.
 export function formatElapsed(seconds, step = 0.001) {
   const digits = step >= 1 ? 0 : Math.min(6, Math.ceil(-Math.log10(step) - 1e-9));
   const size = Math.abs(seconds);

@@ -10,7 +10,7 @@ export function keyOf(param, entry) {
   return `${param} ${entry.label}`;
 }
 
-// labels end with the number of the start
+// Return the number at the end of a label: processes are numbered in the order of their start.
 function startNumber({ label }) {
   return Number(/-(\d+)$/.exec(label)?.[1] || 0);
 }

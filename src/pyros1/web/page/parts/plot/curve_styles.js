@@ -10,7 +10,7 @@ export function styleOf(index) {
   return { colour: COLOURS[index % COLOURS.length], dash: DASHES[Math.floor(index / COLOURS.length) % DASHES.length] };
 }
 
-// Return the same as a CSS background.
+// Return a curve's style as a CSS background.
 export function swatch({ colour = "var(--border)", dash }) {
   if (!dash) return colour;
   return `repeating-linear-gradient(90deg, ${colour} 0 ${Math.min(5, dash[0])}px, transparent 0 ${Math.min(5, dash[0]) + 3}px)`;

@@ -7,7 +7,7 @@ export function gestures(element, on) {
   const pointers = new Map();
   const moves = (event) => event.pointerType === "touch" || event.shiftKey || event.button === 1;
   element.style.touchAction = "none";
-  element.addEventListener("mousedown", (event) => { if (event.shiftKey || event.button === 1) event.stopImmediatePropagation(); }, true); // it would start a selection
+  element.addEventListener("mousedown", (event) => { if (event.shiftKey || event.button === 1) event.stopImmediatePropagation(); }, true); // uPlot would start a selection
   element.addEventListener("pointerdown", (event) => {
     if (!moves(event)) return;
     pointers.set(event.pointerId, [event.clientX, event.clientY]);

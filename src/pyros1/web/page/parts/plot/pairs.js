@@ -10,7 +10,7 @@ const MAX_PAIRS = 50;
 export class Pairs {
   constructor(on) {
     this.on = on;
-    this.list = []; // {x, y, hidden, looks, at, mark}: texts of curves; y is "" until it is known
+    this.list = []; // {x, y, hidden, looks, at, mark}: x and y are texts of curves; y is "" until it is known
   }
 
   // The first of two curves is x, the second y; a single one waits for the other.

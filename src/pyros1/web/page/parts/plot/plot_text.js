@@ -21,7 +21,7 @@ export function splitCurves(text) {
   });
 }
 
-// Return round numbers of seconds before a time, approximately a given number.
+// Return approximately a given number of times that are a round number of seconds from the origin.
 export function roundTimes(origin, begin, end, count) {
   const least = (end - begin) / Math.max(2, count);
   const power = 10 ** Math.floor(Math.log10(least));
@@ -35,7 +35,7 @@ export function roundTimes(origin, begin, end, count) {
 export function tickLabels(ticks) {
   const [largest, step] = [Math.max(...ticks.map(Math.abs)), Math.abs(ticks[1] - ticks[0])];
   if (!(step > 0) || !largest) return ticks.map((tick) => number(tick));
-  let digits = -Math.floor(Math.log10(step)); // decimals; negative for zeros before the point
+  let digits = -Math.floor(Math.log10(step)); // number of decimals; negative if there are zeros before the point
   const last = digits + 3;
   while (digits < last && Math.abs(step * 10 ** digits - Math.round(step * 10 ** digits)) > 1e-3) digits += 1;
   const fixed = ticks.map((tick) => tick.toFixed(Math.min(100, Math.max(0, digits))));

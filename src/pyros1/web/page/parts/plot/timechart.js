@@ -41,7 +41,7 @@ export function timeChart(area, lines, size, on) {
   }, [new Float64Array(0), ...lines.map(() => [])], area);
   chart.lines = lines;
   chart.high = null; // the zoomed vertical range
-  let pressed = false; // here, not in another chart with a synchronised cursor
+  let pressed = false; // whether the mouse was pressed in this chart, not in another one with a synchronised cursor
   chart.over.addEventListener("mousedown", () => { pressed = true; });
   gestures(chart.over, { pan, pinch: scale });
   chart.over.addEventListener("dblclick", () => on.all());

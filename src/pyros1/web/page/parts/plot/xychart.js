@@ -67,7 +67,7 @@ export class XYChart {
     this.plot.destroy();
   }
 
-  // Draw the points in a time range; without times, the same as before.
+  // Draw the points in a time range; without arguments, in the same range as before.
   draw(begin, end) {
     if (begin !== undefined) this.trails = this.pairs.map(({ x, y }) => join(x, y, begin, end, MAX_POINTS));
     const { clientWidth: width, clientHeight: height } = this.plot.over;
