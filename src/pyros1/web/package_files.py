@@ -124,7 +124,7 @@ def _parse_uri(uri: str) -> tuple[str, list[str]]:
     if not (parts.scheme == "package" and parts.netloc) and not (parts.scheme == "file" and not parts.netloc):
         raise FileError("only URIs of the form package://NAME/PATH, and file:///PATH within a package, are read")
     names = [name for name in unquote(parts.path).split("/") if name not in ("", ".")]
-    # The search for a package may use its name as a path.
+    # Reject separators in the package's name, too: the search for the package may use its name as a path.
     if not names or any(name in (".", "..") or set(name) & set("\\\0/:") for name in (parts.netloc, *names)):
         raise FileError("this does not refer to a file in a package")
     return parts.netloc, names

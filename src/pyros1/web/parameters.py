@@ -98,7 +98,7 @@ class Parameters:
         return value if self._access.may_see(name or "/") else _HIDDEN
 
     def _check_all_visible(self, name: str, value: Any = _HIDDEN) -> None:
-        """Check that pages may see all parameters in a value; by default, in the value that is set now."""
+        """Check that pages may see all parameters in a namespace: in its new value or, by default, its current one."""
         if not self._access.topics:
             return
         if value is _HIDDEN:

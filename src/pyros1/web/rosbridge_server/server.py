@@ -105,7 +105,9 @@ class BridgeServer:
 
     @contextlib.asynccontextmanager
     async def _listen(self, ended: asyncio.Event) -> AsyncIterator[Server | None]:
-        """Listen while the context is active; yield None if the node shuts down while the port is in use."""
+        """Listen while the context is active; yield the listening server, or None if the node shuts down before the
+        port is available.
+        """
         threads = ThreadPool(MAX_CLIENTS * MAX_CONCURRENT_CALLS, "rosbridge: services")
         bridge = Bridge(self._robot, threads, self._report)
         pending = PendingConnections(self._robot.access.allowlist)

@@ -95,7 +95,7 @@ def depth_cloud(
         positions[:, 1] = (z * ((rows - camera.cy) / camera.fy).astype(np.float32)[:, None])[measured] + camera.ty
         positions[:, 2] = distances
         valid = np.isfinite(positions).all(axis=1)
-    if not valid.all():  # some depths or camera parameters are absurd
+    if not valid.all():  # some depths or camera parameters are so large that a position is not finite
         measured[measured] = valid
         distances, positions = distances[valid], positions[valid]
     description: dict[str, Any] = {"kind": "cloud", "count": len(distances), "every": step * step, "fields": ["z"]}

@@ -74,7 +74,7 @@ async def send_frames(connection: Connection, frames: Sequence[Frame]) -> None:
     if not frames:
         return
     if connection.state is not State.OPEN:
-        await connection.send(b"")  # raises the error
+        await connection.send(b"")  # raises ConnectionClosed
     write_frames(connection, frames)
     try:
         await connection.drain()

@@ -58,7 +58,7 @@ class Console:
         self._listeners: tuple[Callable[[], object], ...] = ()
 
     def start(self, node: Node) -> None:
-        """Start to collect log messages, using the node's subscription to /rosout."""
+        """Start to collect log messages: subscribe the node to /rosout."""
         # Not /rosout_agg: the rosout node, which publishes the messages again there, may not be running, and delays
         # them.
         node.subscribe("/rosout", "rosgraph_msgs/Log", self.add, queue_size=_QUEUE_SIZE)

@@ -105,7 +105,7 @@ def parameters(description: Any) -> list[dict[str, Any]]:
 
 
 def groups(description: Any, config: Any) -> list[dict[str, Any]]:
-    """Return the groups with their states for a page; see `ReconfigureView`. The state of a group without one is true.
+    """Return the groups with their states for a page; see `ReconfigureView`. A state missing in the config is true.
 
     Args:
         description: a dynamic_reconfigure/ConfigDescription.

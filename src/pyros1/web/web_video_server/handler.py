@@ -183,8 +183,9 @@ class Handler(BaseHTTPRequestHandler):
         self.server.node.log.error("%s: %s", one_line(topic, 200), error, throttle=30)
 
     def _frames(self, source: Source, repeats: tuple[float, float], max_rate: float | None = None) -> Iterator[Frame]:
-        """Yield the newest image whenever the caller is ready for it, until the client disconnects or the source is
-        closed.
+        """Yield the newest image when it is new or must be repeated, until the client disconnects or the source closes.
+
+        Older images that arrived while the caller was busy are skipped.
 
         Args:
             source: the source of the images.
