@@ -290,8 +290,8 @@ class Bag:
     def message_class(self, connection: Connection) -> type[Message]:
         """Return the class of a connection's messages.
 
-        If its definition is unusable, use another one with the same name and md5 sum: another connection's, or an
-        installed type's.
+        If the recorded definition is unusable, another one with the same name and md5 sum is used: that of another
+        connection or of an installed type.
 
         Raises:
             DefinitionError: the definition is wrong.

@@ -1,4 +1,4 @@
-"""Makes ``__getattr__`` functions for names that pyros1's modules import lazily, or lack; errors say why."""
+"""Makes ``__getattr__`` functions for names that a module imports lazily, or lacks, which raise errors with the reason."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ def class_getattr(owner: str, reason: str, missing_names: frozenset[str]) -> Cal
     """Return a ``__getattr__`` for a class that lacks members of stock's class.
 
     Args:
-        owner: the name that programs use for its objects, for example ``Publisher.impl``.
+        owner: the expression with which programs access the class's objects, for example ``Publisher.impl``.
         reason: why some members are missing.
         missing_names: the names of these members.
     """

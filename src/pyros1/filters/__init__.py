@@ -47,13 +47,13 @@ _EXPORTS = {
 
 def __getattr__(name: str) -> Any:
     """Load and return a public name when it is first used."""
-    from pyros1.ground.lazy import load  # noqa: PLC0415 - most imports never get here
+    from pyros1.ground.lazy import load  # noqa: PLC0415 - not needed if only submodules are imported
 
     return load(__name__, _EXPORTS, name)
 
 
 def __dir__() -> list[str]:
     """Return all public names, loaded or not, for completion."""
-    from pyros1.ground.lazy import public_names  # noqa: PLC0415 - most imports never get here
+    from pyros1.ground.lazy import public_names  # noqa: PLC0415 - most programs never call this
 
     return public_names(globals(), __all__)

@@ -87,7 +87,7 @@ class Synchronizer(Filter):
             TypeError: the message has no header, and ``headerless`` is False.
         """
         with self._lock:  # held even while callbacks run, so that sets are output in order
-            now = self.node.now()  # not earlier: a thread that waited for the lock would seem to be in the past
+            now = self.node.now()  # with the lock held, so that times do not decrease from call to call
             stamp = stamp_of(message, now if self._allow_headerless else None)
             if now < self._last_time:
                 self._matcher.clear()

@@ -150,7 +150,7 @@ class Buffer:
             problem += f" ({count} times)"
         problem = one_line(problem)
         if self.warn is None:
-            # Other problems are mistakes of the sender.
+            # Old and repeated data are warnings; all other problems are errors of the node that sent the transform.
             is_old_data = problem.startswith(("TF_OLD_DATA", "TF_REPEATED_DATA"))
             sys.stderr.write(f"{'Warning: ' if is_old_data else 'Error:   '}{problem}\n")
         else:

@@ -49,7 +49,7 @@ class BufferClient:
 
     Args:
         node: the node whose topics and time are used.
-        name: name of the server's action, which is resolved in the node.
+        name: name of the server's action, resolved like the names of the node's topics.
         timeout_padding: seconds to wait for a result, in addition to the lookup's own timeout.
         remap: whether remappings of ``name`` apply, in addition to remappings of its topics.
     """

@@ -25,7 +25,7 @@ MAX_CACHED_NAMES = 10_000
 
 
 class ReceivedTransforms:
-    """What a listener receives instead of a message object.
+    """The transforms of one message, which a listener receives instead of a message object.
 
     Attributes:
         rows: the message's transforms.

@@ -48,7 +48,7 @@ def multiply(first: Transform, second: Transform) -> Transform:
     """Return the product of two transforms: ``first`` (parent <- child) times ``second`` (child <- grandchild)."""
     tx, ty, tz, ax, ay, az, aw = first
     x, y, z, bx, by, bz, bw = second
-    # the rotation of `first` times the vector, as a quaternion with -w (the conjugate is applied below)
+    # The quaternion of `first` times (x, y, z, 0), but with -w. The result below multiplies it by the conjugate.
     px = aw * x + ay * z - az * y
     py = aw * y + az * x - ax * z
     pz = aw * z + ax * y - ay * x

@@ -192,7 +192,7 @@ class Tree:
     def _find_path(
         self, target: Frame, source: Frame, time: int, find_entry: Callable[[Frame, int], Entry | None]
     ) -> tuple[int, list[Transform], list[Transform]]:
-        """Go up from both frames to their common ancestor.
+        """Find the path between two frames, which leads up from both to their common ancestor.
 
         Args:
             find_entry: returns the entry of a frame at a time, or None.
@@ -241,7 +241,7 @@ class Tree:
     def _common_time(self, target: Frame, source: Frame) -> int:
         if target is source:
             return source.latest
-        times: dict[Frame, int] = {}  # ancestor of source -> newest time at which it can be reached
+        times: dict[Frame, int] = {}  # ancestor of source -> newest time at which the path to it is known
         frame = source
         common_time = 0
         while entries := frame.entries:

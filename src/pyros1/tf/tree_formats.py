@@ -9,7 +9,7 @@ from pyros1.tf.frame import Frame, to_sec
 
 
 def as_string(frames: Collection[Frame]) -> str:
-    """Return a text with one line per frame, in the order in which the frames were added."""
+    """Return a string with one line per frame, in the order in which the frames were added."""
     lines = []
     for frame in frames:
         if frame.static is not None:

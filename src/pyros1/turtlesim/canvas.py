@@ -45,7 +45,7 @@ class Canvas:
         delta_x, delta_y = to_x - x, to_y - y
         columns = numpy.arange(first_column, last_column) - x
         rows = (numpy.arange(top, bottom) - y)[:, None]
-        # For each pixel, where on the line the nearest point is, from 0 (start) to 1 (end).
+        # `along` is, for each pixel, the position of the nearest point on the line, from 0 (start) to 1 (end).
         length = delta_x * delta_x + delta_y * delta_y
         along = numpy.clip((columns * delta_x + rows * delta_y) / length, 0, 1) if length else 0
         distance = (columns - along * delta_x) ** 2 + (rows - along * delta_y) ** 2

@@ -23,7 +23,7 @@ class Options:
         rate: messages per second.
         source_list: topics that provide joint states.
         zeros: joint -> initial position in radians or metres.
-        dependent_joints: joint -> how it follows another joint.
+        dependent_joints: joint -> rule by which it follows another joint.
         use_mimic_tags: whether joints follow other joints as the description's mimic tags say.
         use_smallest_joint_limits: whether the limits in safety_controller tags also apply.
         publish_default_positions, publish_default_velocities, publish_default_efforts: whether default values are
@@ -131,7 +131,7 @@ class JointStates:
         names: names of the movable joints, in the order of the description.
         joint_types: name of a movable joint -> its type.
         free_joints: the joints that do not follow another joint, by name.
-        followers: joint -> how it follows a free joint, directly or through other joints.
+        followers: joint -> rule by which it follows a free joint, directly or through other joints.
         warnings: problems that do not prevent publishing.
     """
 
@@ -245,7 +245,7 @@ def joint_limits(joint: Joint, uses_soft_limits: bool = True) -> tuple[float, fl
 
 
 def _resolve_mimic_joints(leaders: Mapping[str, Mimic], warnings: list[str]) -> dict[str, Mimic]:
-    """Return how each follower follows a free joint, directly or through other joints.
+    """Return the rule by which each follower follows a free joint, directly or through other joints.
 
     If joints follow each other in a cycle, one of them is treated as a free joint, and a warning is appended to
     ``warnings``.

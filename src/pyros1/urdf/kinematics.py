@@ -94,7 +94,7 @@ def make_pose_function(joint: Joint) -> Callable[[float], Transform]:
         return lambda position: (x + dx * position, y + dy * position, z + dz * position, qx, qy, qz, qw)
     if not (ax or ay or az):
         return lambda position: (x, y, z, qx, qy, qz, qw)
-    # The product of the origin's rotation and the axis, as quaternions: the coefficients of the sine.
+    # The pose's quaternion is q cos(position / 2) + s sin(position / 2): q is the origin's, s is q times the axis.
     sx = qw * ax + qy * az - qz * ay
     sy = qw * ay + qz * ax - qx * az
     sz = qw * az + qx * ay - qy * ax

@@ -39,8 +39,8 @@ class Limit:
 
 @dataclass(frozen=True)
 class Mimic:
-    """How a joint follows another joint: its position is the position of ``joint``, times ``multiplier``, plus
-    ``offset``.
+    """The rule by which a joint follows another one: its position is the position of ``joint``, times ``multiplier``,
+    plus ``offset``.
     """
 
     joint: str
@@ -59,7 +59,7 @@ class Joint:
         origin: the child's pose in the parent at position 0.
         axis: unit vector in the child's frame; (0, 0, 0) for a joint that cannot move.
         limit: the joint's range; None if no range is specified.
-        mimic: how the joint follows another joint; None if it does not.
+        mimic: the rule by which the joint follows another joint; None if it does not.
     """
 
     name: str

@@ -1,7 +1,7 @@
 """Writes new bags from existing ones: selects messages, merges bags, renames topics, shifts times, and compresses.
 
 Connection headers are kept. Each operation is one pass over the messages in time order, into a `CopyWriter`.
-Commands encrypt the new bag with the key of the old one.
+The commands that call this module encrypt the new bag with the key of the old one.
 """
 
 from __future__ import annotations

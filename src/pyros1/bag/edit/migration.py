@@ -134,7 +134,7 @@ class Migrator:
             return None
 
     def missing_rules(self, old: MessageClass, new: MessageClass | None, depth: int = 0) -> list[MissingRule]:
-        """Return the steps from one class to another that have no valid rule; empty if every step has one."""
+        """Return the steps from one class to another that lack a valid rule, including steps of nested types."""
         if new is None or depth > _MAX_STEPS:
             return [(old, None)]
         if _type_key(old) == _type_key(new):

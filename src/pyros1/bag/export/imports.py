@@ -43,12 +43,12 @@ def import_bag(
         raise BagError(str(path), "this is not a ROS 2 bag: the folder has no metadata.yaml")
     if path.is_file() and path.suffix not in (".mcap", ".db3"):
         raise BagError(str(path), "this is neither the folder of a ROS 2 bag nor an .mcap or .db3 file")
-    from pyros1.bag.export.mcap_reader import McapReader  # noqa: PLC0415 - as below
+    from pyros1.bag.export.mcap_reader import McapReader  # noqa: PLC0415 - not always needed
 
     if path.is_file() and path.suffix == ".mcap":
         with McapReader(path) as reader:
             if reader.profile != "ros2":
-                from pyros1.bag.export.from_mcap import import_ros1  # noqa: PLC0415 - as below
+                from pyros1.bag.export.from_mcap import import_ros1  # noqa: PLC0415 - not always needed
 
                 return import_ros1(reader, target, compression=compression, is_selected=is_selected, progress=progress)
     for file in sorted(path.glob("*.mcap")) if path.is_dir() else [path] if path.suffix == ".mcap" else []:

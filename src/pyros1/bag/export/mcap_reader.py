@@ -176,7 +176,7 @@ class McapReader:
             raise BagError(self.path, f"{problem}: the file is cut off or damaged{_RECOVERY_HINT}", offset)
         self.position = next_position
         if op not in (OP_HEADER, OP_SCHEMA, OP_CHANNEL, OP_MESSAGE, OP_CHUNK, OP_CHUNK_INDEX, OP_FOOTER):
-            self._file.seek(next_position)  # for example an attachment, which may be large
+            self._file.seek(next_position)  # skips, for example, an attachment, which may be large
             return op, memoryview(b"")
         try:
             check_size(size, self._limit)
@@ -254,7 +254,7 @@ class McapReader:
 
 
 def _import_first(path: str, compression: str, *names: str) -> Any:
-    """Import and return the first module that is installed; if none is, raise BagError with the last one's package."""
+    """Import and return the first module that is installed. If none is, raise BagError with the last one's package."""
     for name in names:
         try:
             return import_module(name)

@@ -114,17 +114,17 @@ def make_converter(source: Typestore, target: Typestore, name: str, target_name:
 
 
 def make_special_converter(ros1_name: str, definition: str, name: str, *, to_ros2: bool) -> Converter | None:
-    """Return the function that converts messages of two standard types with other names or values of fields in ROS 2,
-    such as log messages; None if there is no rule for these types.
+    """Return the function that converts messages of a standard type, such as rosgraph_msgs/Log, whose fields have other
+    names or values in ROS 2; None if there is no rule for the two types.
 
     Args:
         ros1_name: the type in ROS 1, ``package/Type``.
-        definition: its definition there, followed by the definitions of all types that it uses.
+        definition: its definition in ROS 1, followed by the definitions of all types that it uses.
         name: the type in ROS 2, ``package/msg/Type``.
         to_ros2: as for `make_converter`.
 
     Raises:
-        DefinitionError: it is not the standard definition.
+        DefinitionError: ``definition`` is not the standard one.
     """
     if (ros1_name, name) not in STANDARD_FIELDS:
         return None

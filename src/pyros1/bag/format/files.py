@@ -340,8 +340,8 @@ class BagFile:
         return {}, begin  # chunks may follow a damaged header, and version 1.2 without an index has none
 
     def _first_record_offset(self, begin: int, end: int) -> int:
-        """Return the offset of the first record, which is `end`; if the padding's length is damaged, return `begin`,
-        where the search for the first record must start.
+        """Return the offset of the first record: `end`, or `begin` if the length of the padding is damaged, so that
+        the first record must be searched for from there on.
         """
         try:
             self.record(end)

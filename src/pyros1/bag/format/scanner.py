@@ -238,8 +238,8 @@ class Scanner:
         return content, *read_content(content, partial=True)
 
     def _continue_after(self, chunk_pos: int, end: int, *, is_cut_off: bool) -> int:
-        """Return the offset at which to continue after a damaged chunk: its end if a record is there, or the next
-        chunk.
+        """Return the offset at which to continue after a damaged chunk: the chunk's end if another record or the end
+        of the file is there, otherwise the offset of the next chunk.
         """
         if not is_cut_off:
             try:
@@ -302,7 +302,7 @@ class Scanner:
             block = self._file.read(position, size)
             match = block.find(marker)
             while match >= 0:
-                for distance in (16, 8, 17 + 8):  # the field may be the second, the first, or the one after the size
+                for distance in (16, 8, 17 + 8):  # "compression" may follow op, be first, or follow size
                     start = position + match - distance
                     if start >= earliest and (self._has_exhausted_budget() or self._is_chunk(start)):
                         return start

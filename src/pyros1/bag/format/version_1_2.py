@@ -79,7 +79,7 @@ class OldConnections:
 def read_old_messages(content: bytes, connections: OldConnections) -> tuple[Messages, int]:
     """Return the complete messages at the beginning of `content`, and the offset after the last record.
 
-    Definitions are added to `connections`. Reading stops at the first incomplete record, or one of any other kind.
+    Definitions are added to `connections`. Reading stops at the first record that is incomplete or of another kind.
     """
     messages = Messages()
     position = 0

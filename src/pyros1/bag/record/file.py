@@ -137,7 +137,7 @@ class RecordFile(Generic[_K]):
         if os.path.isdir(path):
             raise IsADirectoryError(
                 errno.EISDIR, os.strerror(errno.EISDIR), path
-            )  # reported now rather than after the recording
+            )  # before the recording: otherwise, renaming the file would fail at its end
         self.leftover_path = set_aside_leftover(path + ACTIVE_SUFFIX)
         self._writer = RecordWriter(path + ACTIVE_SUFFIX, compression, chunk_threshold)
         self._keys: dict[int, _K] = {}

@@ -59,7 +59,7 @@ class MessageRing:
             self.bytes -= len(data) + MESSAGE_OVERHEAD
 
     def messages_at(self, now: int) -> tuple[list[Entry], list[Entry]]:
-        """Return the messages to keep at a time: latched ones that are no longer in the ring, and the ring's own."""
+        """Return the messages to keep as of ``now``: latched ones that have left the ring, and those in the ring."""
         with self._lock:
             if self._entries and now < self._entries[-1][0]:  # simulated time has restarted
                 now = self._entries[-1][0]

@@ -1,4 +1,4 @@
-"""Which topics to record. Does no I/O."""
+"""The selection of topics to record. Does no I/O."""
 
 from __future__ import annotations
 

@@ -49,10 +49,10 @@ class PlaceholderFinder(object):
     def replace(self):
         """Replace this finder with the real one, and return the real one; None if this Python has no pyros1."""
         if self.importing_thread == get_ident():
-            return None  # the import below itself tries to import a module that does not exist
+            return None  # called by the import below, which tries to import a module that does not exist
         self.importing_thread = get_ident()
         was_gc_enabled = gc.isenabled()
-        gc.disable()  # like pyros1.ground.loading
+        gc.disable()  # as in pyros1.ground.loading: garbage collection slows down imports
         try:
             from pyros1.drop_in.finder import install
         except (ImportError, SyntaxError):  # this Python has no pyros1, or is too old for it

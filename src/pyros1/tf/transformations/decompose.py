@@ -109,7 +109,7 @@ def projection_from_matrix(
     if size < EPS:
         raise ValueError("the matrix is not a projection")
     linear, normal, eye = m[:3, :3] / size, -m[3, :3] / size, m[3, 3] / size
-    # See projection_matrix: the elements are distance - q nT, where the trace of q nT is q.n.
+    # As in projection_matrix, the 3x3 part is distance times the identity minus q nT, where the trace of q nT is q.n.
     distance = (linear.trace() + eye + pseudo) / 3.0
     perspective = distance * normal - linear @ normal - pseudo * normal
     return np.append((eye - distance) * normal, 1.0), normal, None, perspective, pseudo
@@ -131,7 +131,7 @@ def decompose_matrix(matrix: ArrayLike) -> tuple[Array, list[float], list[float]
         raise ValueError("the matrix is singular")
     rotation, upper = np.linalg.qr(m[:3, :3])
     signs = np.copysign(1.0, upper.diagonal())
-    signs *= np.sign(np.linalg.det(rotation * signs))  # left-handed axes are not a rotation
+    signs *= np.sign(np.linalg.det(rotation * signs))  # a rotation has right-handed axes
     rotation, upper = rotation * signs, (upper.T * signs).T
     scale = upper.diagonal().copy()
     shear: list[float] = (upper / scale)[[0, 0, 1], [1, 2, 2]].tolist()

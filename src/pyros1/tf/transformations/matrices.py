@@ -40,7 +40,7 @@ def random_rotation_matrix(rand: ArrayLike | None = None) -> Array:
 
 
 def scale_matrix(factor: float, origin: ArrayLike | None = None, direction: ArrayLike | None = None) -> Array:
-    """Return the matrix (4, 4) that scales about a point (3,) or the origin, in a direction (3,) or everywhere."""
+    """Return the matrix (4, 4) that scales about a point (3,) or the origin, in one direction (3,) or in all."""
     if direction is None:
         return _about_point(factor * np.identity(3), origin)
     u = _unit_direction(direction)
@@ -137,7 +137,7 @@ def orthogonalization_matrix(lengths: ArrayLike, angles: ArrayLike) -> Array:
     a, b, c = float_array(lengths)
     alpha, beta, _ = radians = np.radians(angles)
     cos_alpha, cos_beta, cos_gamma = np.cos(radians)
-    # c along z, b in the plane of y and z; the components of a follow from its angles to them
+    # c points along z, and b lies in the y-z plane; the components of a follow from a's angles to b and c.
     y = (cos_gamma - cos_alpha * cos_beta) / np.sin(alpha)
     matrix = np.identity(4)
     matrix[:3, 0] = a * sqrt(np.sin(beta) ** 2 - y * y), a * y, a * cos_beta
@@ -199,7 +199,7 @@ def superimposition_matrix(v0: ArrayLike, v1: ArrayLike, scaling: bool = False, 
     center0, center1 = start.mean(1), end.mean(1)
     start, end = start - center0[:, None], end - center1[:, None]
     left, _, right = np.linalg.svd(end @ start.T)  # W. Kabsch, 1976
-    left[:, 2] *= np.sign(np.linalg.det(left @ right))  # a rotation, not a reflection
+    left[:, 2] *= np.sign(np.linalg.det(left @ right))  # makes the product a rotation, not a reflection
     linear = left @ right
     if scaling:
         linear *= np.linalg.norm(end) / np.linalg.norm(start)

@@ -13,7 +13,7 @@ from pyros1.tf.transformations.vectors import Array, float_array, unit_vector
 
 def quaternion_multiply(quaternion1: ArrayLike, quaternion0: ArrayLike) -> Array:
     """Return ``quaternion1`` (4,) times ``quaternion0`` (4,), the rotation (4,) that applies ``quaternion0`` first."""
-    x1, y1, z1, w1 = float_array(quaternion1).tolist()  # single numbers are faster as floats
+    x1, y1, z1, w1 = float_array(quaternion1).tolist()  # for single numbers, floats are faster than numpy
     x0, y0, z0, w0 = float_array(quaternion0).tolist()
     return np.array(
         (
@@ -102,11 +102,11 @@ def quaternion_matrix(quaternion: ArrayLike) -> Array:
 def quaternion_from_matrix(matrix: ArrayLike) -> Array:
     """Return the unit quaternion (4,) of the rotation in a matrix (4, 4).
 
-    The quaternion's w is positive or, for rotations by more than 120 degrees, its largest other component is positive.
+    For rotations by less than 120 degrees, w is positive; for others, the largest of x, y and z is positive.
     """
     m = np.asarray(matrix, np.float64).tolist()  # see quaternion_multiply
     factor, trace = m[3][3], m[0][0] + m[1][1] + m[2][2]
-    # Four times the products of one component with each component: a multiple of the quaternion.
+    # The quaternion times four times one of its components.
     if trace > 0.0:
         square = factor + trace
         products = [m[2][1] - m[1][2], m[0][2] - m[2][0], m[1][0] - m[0][1], square]

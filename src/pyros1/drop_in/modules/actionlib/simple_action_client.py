@@ -48,7 +48,7 @@ _ALLOWED_SIMPLE_STATES = {
     CommState.ACTIVE: {SimpleGoalState.PENDING, SimpleGoalState.ACTIVE},
     CommState.PREEMPTING: {SimpleGoalState.PENDING, SimpleGoalState.ACTIVE},
 }
-"""CommState -> the simple states in which a goal may enter it; all other CommStates may be entered at any time."""
+"""CommState -> simple states from which a goal may enter it; the CommStates not listed may be entered from any."""
 
 
 class SimpleActionClient:
@@ -64,7 +64,7 @@ class SimpleActionClient:
 
     def __init__(self, ns: str, ActionSpec: Any) -> None:
         self.gh: Any = None
-        self._ended_goal: Any = None  # the handle whose goal ended last
+        self._ended_goal: Any = None  # handle of the goal that ended last
         self.simple_state = SimpleGoalState.DONE
         self.done_condition = threading.Condition()
         self._send_lock = threading.RLock()  # callbacks wait until send_goal has set `gh`

@@ -144,7 +144,7 @@ class CvBridge:
             return image
         target = find_encoding(desired_encoding)
         if image is None and target.channels == 3 and target.order in ("bgr", ""):
-            return None  # stock would not check the image
+            return None  # stock checks the image only if it converts it
         if image is None:
             raise CvBridgeError(f"the data of the compressed image cannot be read as {desired_encoding}")
         return compressed.convert(image, target)

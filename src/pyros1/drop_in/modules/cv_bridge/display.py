@@ -83,7 +83,7 @@ def _scale_to_8_bits(image: Any, low: float, high: float) -> Any:
     """Return an image with the values from low to high scaled to 0 to 255; NaN becomes 0."""
     with np.errstate(invalid="ignore"):
         values = image.astype(np.float64) - low
-        if image.dtype.kind == "u":  # like stock, which subtracts unsigned numbers
+        if image.dtype.kind == "u":  # as in stock ROS: OpenCV's unsigned subtraction stops at 0
             values = np.maximum(values, 0.0)
         values *= 255.0 / (high - low)
     values[~np.isfinite(values)] = 0.0

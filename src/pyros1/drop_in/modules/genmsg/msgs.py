@@ -23,12 +23,12 @@ __getattr__ = module_getattr(__name__)
 
 
 def bare_msg_type(msg_type: str | None) -> str | None:
-    """Return a type without its brackets."""
+    """Return the name of a type without the brackets of an array."""
     return None if msg_type is None else msg_type.partition("[")[0]
 
 
 def resolve_type(msg_type: str, package_context: str) -> str:
-    """Return the full name of a type used in a package, with its brackets."""
+    """Return the full name of a type used in a package; the brackets of an array are kept."""
     bare = msg_type.partition("[")[0]
     if bare in BUILTIN_TYPES:
         return msg_type
@@ -38,7 +38,7 @@ def resolve_type(msg_type: str, package_context: str) -> str:
 
 
 def parse_type(msg_type: str) -> tuple[str, bool, int | None]:
-    """Return a type without brackets, whether it is an array, and the array's length (None if it is variable).
+    """Return the name of a type without brackets, whether it is an array, and its length (None if that is variable).
 
     Raises:
         ValueError: the type is not legal.

@@ -201,27 +201,27 @@ class PinholeCameraModel:
         return self.P[1, 2]
 
     def fx(self) -> float:
-        """Return the focal length in pixels, along rows."""
+        """Return the horizontal focal length in pixels."""
         return self.P[0, 0]
 
     def fy(self) -> float:
-        """Return the focal length in pixels, along columns."""
+        """Return the vertical focal length in pixels."""
         return self.P[1, 1]
 
     def Tx(self) -> float:
-        """Return P's entry for the distance to the other camera, along rows."""
+        """Return P[0, 3]: minus the focal length times the horizontal distance to a stereo pair's other camera."""
         return self.P[0, 3]
 
     def Ty(self) -> float:
-        """Return P's entry for the distance to the other camera, along columns."""
+        """Return P[1, 3]: minus the focal length times the vertical distance to a stereo pair's other camera."""
         return self.P[1, 3]
 
     def fovX(self) -> float:
-        """Return the angle of view, in radians, along rows."""
+        """Return the horizontal angle of view in radians."""
         return 2 * math.atan(self.width / (2 * self.fx()))
 
     def fovY(self) -> float:
-        """Return the angle of view, in radians, along columns."""
+        """Return the vertical angle of view in radians."""
         return 2 * math.atan(self.height / (2 * self.fy()))
 
     def tfFrame(self) -> Any:

@@ -273,7 +273,7 @@ class InteractiveMarkerServer:
         self.publish(InteractiveMarkerUpdate(type=InteractiveMarkerUpdate.KEEP_ALIVE))
 
     def publish(self, update: Any) -> None:
-        """Publish an InteractiveMarkerUpdate, with the server's name and number of changes."""
+        """Publish an InteractiveMarkerUpdate, after adding the server's id and sequence number to it."""
         update.server_id, update.seq_num = self.server_id, self.seq_num
         self.update_pub.publish(update)
 

@@ -41,7 +41,7 @@ class LaserProjection:
 
         Args:
             scan_in: the scan; ranges outside its limits are omitted.
-            range_cutoff: in metres; longer ranges are omitted. If negative, only ranges beyond the scanner's limit are.
+            range_cutoff: in metres; ranges from this value on are omitted. If negative, only the scan's limits apply.
             channel_options: a sum of `ChannelOption` values; intensities are included only if the scan has them.
 
         Returns:

@@ -102,7 +102,7 @@ class InfoMixin:
         chunks = self._reader.chunks
         if not chunks:
             raise ROSBagException("Bag contains no message")
-        return chunks[index].end if index else chunks[0].start  # the last or first in the file, as in stock ROS
+        return chunks[index].end if index else chunks[0].start  # the last or first chunk in the file, as in stock ROS
 
     def get_type_and_topic_info(self, topic_filters: Any = None) -> Any:
         """Return types with their md5 sums, and topics with type, number of messages and connections, and frequency.

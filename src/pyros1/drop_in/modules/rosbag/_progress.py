@@ -50,7 +50,7 @@ class ProgressMeter:
         else:
             eta = _format_duration(self.elapsed * (1 / done - 1)) if done else "--:--"
             status = f"{int(100 * done):3d}% {_size_text(self.bytes_read)} / {_size_text(self.bytes_total)} {eta} ETA"
-        width = max(self.terminal_width() - 37, 3)  # next to the status
+        width = max(self.terminal_width() - 37, 3)  # columns that the status leaves for the path
         name = self.path if len(self.path) <= width else "..." + (self.path[3 - width :] if width > 3 else "")
         sys.stdout.write(f"\r {name:<{max(width, 7)}} {status}")
         sys.stdout.flush()

@@ -10,7 +10,7 @@ from pyros1.bag.format.reader import BagReader
 
 
 class ReaderPool:
-    """Tracks which readers iterators are using; closes a replaced reader once no iterator uses it.
+    """Counts the iterators that use each reader; closes a replaced reader once no iterator uses it.
 
     Args:
         lock: held while the current reader is obtained or replaced.

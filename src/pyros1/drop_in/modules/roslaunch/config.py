@@ -66,7 +66,7 @@ class ROSLaunchConfig:
         params: Param by full name.
         clear_params: namespaces of parameters that are deleted before parameters are set.
         machines: Machine by name.
-        executables: commands to run in addition to the nodes, which pyros1 does not support.
+        executables: commands to run in addition to the nodes; pyros1 does not launch contents that have any.
         master: the Master.
         roslaunch_files: paths of the files that were read.
         resolved_node_names: full names of all nodes.

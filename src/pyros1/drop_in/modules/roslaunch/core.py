@@ -90,7 +90,7 @@ def rl_errors(function: _F) -> _F:
 
 
 def rle_wrapper(fn: Callable[..., Any]) -> Callable[..., Any]:
-    """Wrap a function with positional arguments: other errors become an RLException with the same message."""
+    """Wrap a function of positional arguments so that any exception becomes an RLException with its message."""
 
     def wrapped_fn(*args: Any) -> Any:
         try:

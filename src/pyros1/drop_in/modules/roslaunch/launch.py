@@ -1,4 +1,4 @@
-"""Runs launches."""
+"""ROSLaunchRunner, which runs the contents of a launch."""
 
 from __future__ import annotations
 

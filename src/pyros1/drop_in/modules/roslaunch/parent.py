@@ -1,4 +1,4 @@
-"""Launches launch files."""
+"""ROSLaunchParent, which launches launch files."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Results of the command rospack."""
+"""Functions that return the results of the command rospack."""
 
 from __future__ import annotations
 

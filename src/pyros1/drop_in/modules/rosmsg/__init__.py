@@ -176,7 +176,7 @@ def _registered_lines(context: Any, spec: Any, indent: str, remaining: list[int]
 
 
 def get_msg_text(type_: str, raw: bool = False, rospack: Any = None) -> str:
-    """Return the text of a message's definition: as written, or with all nested types.
+    """Return the text of a message's definition: as written if ``raw``, otherwise with all nested types.
 
     Raises:
         ROSMsgException: there is no such type, or its definition is invalid.

@@ -99,7 +99,7 @@ _interrupts = InterruptCounter()
 
 
 def _ros_signal(sig: int, stackframe: FrameType | None) -> None:
-    """Shut down the node in the main thread, which pauses the program; then call the previous handler."""
+    """Shut down the node, during which the main thread does nothing else; then call the previous handler."""
     counts = _interrupts.count_signal()
     if PROCESS.is_starting and signal.getsignal(sig) is not _ros_signal:
         return  # the node's own handler, which is already installed, handles the signal
@@ -112,7 +112,7 @@ def _ros_signal(sig: int, stackframe: FrameType | None) -> None:
         die_by_signal(sig)
     signal_shutdown(f"signal-{sig}")
     if _signalChain.get(sig) != signal.SIG_DFL:
-        # Python's own handler raises KeyboardInterrupt, but the program sees that the node has shut down.
+        # Python's own handler raises KeyboardInterrupt, which would end programs that check for shutdown themselves.
         with contextlib.suppress(KeyboardInterrupt):
             _call_previous_handler(sig, stackframe)
 

@@ -124,7 +124,7 @@ class Rate:
         return Duration(*divmod(self._remaining_ns(get_rostime().to_nsec()), _NS))
 
     def _remaining_ns(self, now: int) -> int:
-        self._last = min(self._last, now)  # now, if time has jumped back
+        self._last = min(self._last, now)  # if time has jumped back, the cycle starts now
         return self._cycle - (now - self._last)
 
     def sleep(self) -> None:

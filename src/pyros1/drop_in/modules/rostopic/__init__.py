@@ -158,7 +158,7 @@ def get_topic_list(master: Any = None) -> tuple[list[Any], list[Any]]:
 def _rostopic_list_group_by_host(
     master: Any, pubs: list[Any], subs: list[Any]
 ) -> tuple[dict[str, list[Any]], dict[str, list[Any]]]:
-    """Return the entries of `get_topic_list` by host, each with the nodes there."""
+    """Return the entries of `get_topic_list` by host; each entry lists only the nodes on that host."""
 
     def by_host(table: list[Any]) -> dict[str, list[Any]]:
         entries_by_host: dict[str, list[Any]] = {}

@@ -49,7 +49,7 @@ def create_publisher(topic_name: str, topic_type: str, latch: bool, disable_rost
 
 
 def wait_for_subscriber(pub: Any, timeout: float) -> None:
-    """Wait until a publisher has a subscriber, or some seconds have passed."""
+    """Wait until a publisher has a subscriber, but not longer than ``timeout`` seconds."""
     deadline = time.monotonic() + timeout
     while pub.get_num_connections() == 0 and time.monotonic() < deadline and not rospy.is_shutdown():
         time.sleep(0.01)
@@ -70,8 +70,8 @@ def publish_message(
         pub: the publisher.
         msg_class: class of the messages.
         pub_args: a list of values, or a list that contains one mapping, name -> value.
-        rate: rate in Hz; None to publish once, and wait until the node shuts down.
-        once: whether to send one message, and return a little later.
+        rate: rate in Hz; None to publish one message, and keep it available until the node shuts down.
+        once: whether to return after one message: at once, or after 3 seconds if there is no rate.
         verbose: whether to print the message.
         substitute_keywords: whether to replace the words ``now`` and ``auto`` again for each message.
 

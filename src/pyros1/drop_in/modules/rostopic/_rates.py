@@ -179,7 +179,7 @@ class ROSTopicBandwidth:
                 self.sizes.append(size)
                 if len(self.times) > self.window_size:
                     del self.times[0], self.sizes[0]
-            except Exception:  # noqa: BLE001 - not a message of this kind: only the others count
+            except Exception:  # noqa: BLE001 - not an AnyMsg: it is not counted
                 traceback.print_exc()
 
     def print_bw(self) -> None:

@@ -78,7 +78,7 @@ def _read_one_by_one(
 
 
 def _find_valid_points(row: memoryview, cloud: Any, field_names: Sequence[str] | None) -> list[bool]:
-    """For each point in a row, return whether its fields contain no NaN."""
+    """Return a list with an element for each point in a row: True if none of the point's fields is NaN."""
     is_valid = np.ones(cloud.width, bool)
     order = ">" if cloud.is_bigendian else "<"
     for field in cloud.fields:
@@ -171,5 +171,5 @@ def _get_struct_fmt(is_bigendian: bool, fields: Iterable[Any], field_names: Sequ
 
 
 def _repeat(code: str, count: int) -> str:
-    """Return the format of several equal items, which is stock's unless there are very many items."""
+    """Return the format of several equal items: the same string as stock's, unless there are very many items."""
     return code * count if count <= _MAX_REPEATED_CODES else f"{count}{code}"

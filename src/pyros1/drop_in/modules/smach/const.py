@@ -89,7 +89,7 @@ def _make_read_only_operator(function: Callable[..., Any]) -> Callable[..., Any]
     return call
 
 
-# Python looks for these on the class, not in __getattr__.
+# Python looks up special methods in the class, without calling __getattr__.
 for _function in (len, iter, repr, str, hash, bool, int, float):
     setattr(Const, f"__{_function.__name__}__", _make_read_only_operator(_function))
 for _name in ("getitem", "contains", "eq", "ne", "lt", "le", "gt", "ge", "add", "sub", "mul", "truediv", "neg"):

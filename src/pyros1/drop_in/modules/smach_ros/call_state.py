@@ -61,7 +61,9 @@ class CallState(State):
         self.register_output_keys(([self._received_key] if self._received_key else []) + [*self._received_slots])
 
     def _make_message(self, ud: Any) -> Any:
-        """Return the message to send: taken from its key, then changed by its slots, then by the function."""
+        """Return the message to send: the one in the userdata or else the default, after setting its fields from the
+        userdata and calling the function.
+        """
         message = copy.deepcopy(ud[self._sent_key] if self._sent_key else self._default)
         for slot in self._sent_slots:
             setattr(message, slot, ud[slot])

@@ -16,7 +16,7 @@ from typing import Any
 
 class _PlainUnpickler(pickle.Unpickler):
     def find_class(self, module_name: str, global_name: str) -> Any:
-        match module_name, global_name:  # protocol 2 writes sets and bytes as calls
+        match module_name, global_name:  # protocol 2 encodes sets and bytes as function calls
             case (("__builtin__" | "builtins"), "set"):
                 return set
             case (("__builtin__" | "builtins"), "frozenset"):
@@ -32,7 +32,7 @@ def encode(values: dict[str, Any]) -> str:
     """Return userdata as text; values that cannot be pickled are left out."""
     try:
         data = pickle.dumps(values, 2)
-    except Exception:  # noqa: BLE001  any class may refuse, in its own way
+    except Exception:  # noqa: BLE001  classes refuse pickling with any exception
         data = pickle.dumps({key: value for key, value in values.items() if _is_picklable(value)}, 2)
     return base64.b64encode(data).decode()
 
@@ -40,7 +40,7 @@ def encode(values: dict[str, Any]) -> str:
 def _is_picklable(value: Any) -> bool:
     try:
         pickle.dumps(value, 2)
-    except Exception:  # noqa: BLE001  as above
+    except Exception:  # noqa: BLE001  classes refuse pickling with any exception
         return False
     return True
 
@@ -60,7 +60,7 @@ def decode(text: str) -> dict[str, Any]:
     try:
         _check_safety(data)
         values = _PlainUnpickler(io.BytesIO(data)).load()
-    except Exception as error:  # a broken pickle raises nearly anything
+    except Exception as error:  # a broken pickle can raise nearly any exception
         raise ValueError(f"cannot read userdata: {error}") from error
     if not isinstance(values, dict) or not all(isinstance(key, str) for key in values):
         raise ValueError("cannot read userdata: not a dictionary of names")

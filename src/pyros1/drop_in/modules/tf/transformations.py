@@ -8,8 +8,8 @@ from pyros1.tf.rotation import EPS as _EPS
 from pyros1.tf.transformations import *  # noqa: F403  like stock: all its functions
 
 _NEXT_AXIS = [1, 2, 0, 1]
-# Name of Euler angles, such as "sxyz" -> index of the first axis, and three flags (0 or 1): whether the axes are in odd
-# (not cyclic) order, whether the first axis is repeated at the end, and whether the axes rotate.
+# Name of an axis sequence, such as "sxyz" -> index of the first axis, and three flags (0 or 1): whether the axes are in
+# odd (not cyclic) order, whether the first axis is repeated at the end, and whether the axes rotate.
 _AXES2TUPLE = {
     frame
     + "xyz"[first]

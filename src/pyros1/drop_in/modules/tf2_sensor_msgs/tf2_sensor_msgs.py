@@ -13,7 +13,7 @@ from tf2_geometry_msgs.tf2_geometry_msgs import from_msg_msg, to_msg_msg, transf
 from pyros1.msgs.sensor_msgs.msg import PointCloud2
 
 _NUMPY_TYPES = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 8: "f8"}
-"""Data types of sensor_msgs/PointField, for numpy."""
+"""Data type in sensor_msgs/PointField -> numpy's name of the type."""
 
 
 def __getattr__(name: str) -> Any:

@@ -114,7 +114,7 @@ class EdgeList:
 
     def add_edges(self, start: str, dest: str, direction: str, label: str = "") -> bool:
         """Add the edges of a connection (see `edge_args`); return whether one of them is new."""
-        added = [self.add(Edge(*args)) for args in edge_args(start, dest, direction, label)]  # all, not only the first
+        added = [self.add(Edge(*args)) for args in edge_args(start, dest, direction, label)]  # a list: all are added
         return any(added)
 
     def delete(self, edge: Edge) -> None:

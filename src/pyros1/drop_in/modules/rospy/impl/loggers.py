@@ -25,7 +25,7 @@ def _remember(table: dict[Any, Any], key: Any, value: Any) -> None:
 
 
 class LoggingThrottle:
-    """Returns whether a call site may log again: called with (call site, period in seconds)."""
+    """Rate limit for call sites: called with (call site, period in seconds), returns whether the site may log again."""
 
     last_logging_time_table: dict[Any, float] = {}
 
@@ -40,7 +40,7 @@ class LoggingThrottle:
 
 
 class LoggingIdentical:
-    """Returns whether a call site logs a different message than last time: called with (call site, message)."""
+    """Filter of repeated messages: called with (call site, message), returns whether the site's message has changed."""
 
     last_logging_msg_table: dict[Any, str] = {}
 
@@ -53,7 +53,7 @@ class LoggingIdentical:
 
 
 class LoggingOnce:
-    """Returns whether a call site logs for the first time: called with the call site."""
+    """Filter of repeated calls: called with a call site, returns whether the site logs for the first time."""
 
     called_caller_ids: set[Any] = set()
 
@@ -156,7 +156,7 @@ def _base_logger(
     level: str = "info",
     once: bool = False,
 ) -> None:
-    """Log a message like the functions above, which call this one in stock ROS; ``level`` is the name of the level."""
+    """Log a message; in stock ROS, `loginfo` and the like call this function. ``level`` is the name of the level."""
     frame = sys._getframe(1)
     call_site = _call_site(frame.f_back or frame)
     if once:

@@ -92,7 +92,7 @@ class RosOutHandler(logging.Handler):
         destinations = ALL_DESTINATIONS if self._writes_locally else _ROSOUT_ONLY
         try:
             _log_record(self._log, record, text, destinations)
-        except Exception:  # noqa: BLE001 - like Python's handlers
+        except Exception:  # noqa: BLE001 - handleError() reports it, as in Python's handlers
             self.handleError(record)
 
 
@@ -108,7 +108,7 @@ class _FileHandler(logging.Handler):
             return  # RosOutHandler has already written the record
         try:
             _log_record(self._log, record, self.format(record), _FILE_ONLY)
-        except Exception:  # noqa: BLE001 - as above
+        except Exception:  # noqa: BLE001 - handleError() reports it
             self.handleError(record)
 
 

@@ -105,7 +105,7 @@ class ServiceImpl(_Service):
         self.seq = 0
         self.done = False
         if error_handler is not None:
-            self.error_handler = error_handler  # type: ignore[method-assign, assignment]  # as programs do it, too
+            self.error_handler = error_handler  # type: ignore[method-assign, assignment]  # programs may do the same
         self._server: Any = None
         self._ended = Event()
         SERVICES.register(self.resolved_name, self)
@@ -159,7 +159,7 @@ class ServiceImpl(_Service):
             self._write_service_error(transport, f"service cannot process request: {error}")
         except Exception as error:  # noqa: BLE001 - the program's code: the error is sent to the client
             error_type, value, trace = sys.exc_info()
-            self.error_handler(error, error_type, value, trace)  # type: ignore[arg-type]  # none is None here
+            self.error_handler(error, error_type, value, trace)  # type: ignore[arg-type]  # not None: see "except"
             self._write_service_error(transport, f"error processing request: {error}")
 
     def _write_service_error(self, transport: Any, err_msg: str) -> None:

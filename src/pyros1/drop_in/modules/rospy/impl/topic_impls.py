@@ -89,7 +89,7 @@ class TopicImpl:
         self._next_connection_id = 1
 
     def _links(self) -> tuple[Any, ...]:
-        handles = self.handles  # replaced as a whole on changes
+        handles = self.handles  # other threads replace the list, but do not modify it
         return handles[0].links if handles else ()
 
     @property
