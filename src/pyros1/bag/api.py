@@ -251,8 +251,8 @@ class Bag:
 
         Returns:
             As :meth:`columns`, with arrays of shape (n,) and the fields' numeric types; strings are objects. A field
-            that is an array of numbers has the shape (n, length) if all messages have the same length; else it holds
-            objects.
+            that is an array of numbers has the shape (n, length) if it is equally long in all messages; otherwise it is
+            an array of objects.
 
         Raises:
             BagError: as for :meth:`columns`.

@@ -1,4 +1,4 @@
-"""Makes ``__getattr__`` functions for names that a module imports lazily, or lacks, which raise errors with the reason."""
+"""Makes ``__getattr__`` functions for names that a module imports lazily, or lacks (errors give the reason)."""
 
 from __future__ import annotations
 

@@ -247,8 +247,8 @@ class Buffer:
         return self._wait_until_possible(lambda: self._tree.transform_problem_full(*arguments), timeout) is None
 
     def why_not(self, target_frame: str, source_frame: str, time: When = None) -> str | None:
-        """Return None if `lookup_transform` would succeed now, or the reason why not in tf2's words, which may be an
-        empty string.
+        """Return the reason why `lookup_transform` would fail now, in tf2's words, possibly an empty string; None if it
+        would succeed.
         """
         with self._lock:
             return self._tree.transform_problem(target_frame, source_frame, _to_nanoseconds(time))
@@ -256,7 +256,7 @@ class Buffer:
     def why_not_full(
         self, target_frame: str, target_time: When, source_frame: str, source_time: When, fixed_frame: str
     ) -> str | None:
-        """Return None if `lookup_transform_full` would succeed now, or the reason why not, like `why_not`."""
+        """Return the reason why `lookup_transform_full` would fail now, or None; see `why_not`."""
         arguments = (
             target_frame,
             _to_nanoseconds(target_time),

@@ -45,7 +45,7 @@ class _Goal:
     Attributes:
         status: the goal's actionlib_msgs/GoalStatus.
         lookup: returns the transform, or raises a TransformException if it is not available yet.
-        deadline: time until which the lookup may wait.
+        deadline: time at which the lookup stops waiting.
         ended_at: time at which the goal ended; None while the lookup waits.
     """
 

@@ -21,7 +21,8 @@ class TransformListener:
     """Adds transforms from /tf and /tf_static to a buffer until the listener is closed or the node shuts down. A
     context manager that closes the listener on exit.
 
-    The callbacks run in separate threads, even in a node with ``callbacks="spin"``, since a lookup may wait for them.
+    The callbacks run in separate threads, even in a node with ``callbacks="spin"``, since the thread that spins may be
+    blocked in a lookup.
     When simulated time jumps back, the buffer is cleared except for static transforms. The service ``~tf2_frames``
     returns a description of the buffer's frames.
 

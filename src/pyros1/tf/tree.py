@@ -294,7 +294,7 @@ class Tree:
         return frames
 
     def transform_problem(self, target: str, source: str, time: int) -> str | None:
-        """Return None if `lookup` would succeed, or the reason why not."""
+        """Return the reason why `lookup` would fail; None if it would succeed."""
         if target == source:
             return None
         return self._frame_problem(target_frame=target, source_frame=source) or self._path_problem(target, source, time)
@@ -302,7 +302,7 @@ class Tree:
     def transform_problem_full(
         self, target: str, target_time: int, source: str, source_time: int, fixed: str
     ) -> str | None:
-        """Return None if `lookup_full` would succeed, or the reason why not."""
+        """Return the reason why `lookup_full` would fail; None if it would succeed."""
         return (
             self._frame_problem(target_frame=target, source_frame=source, fixed_frame=fixed)
             or self._path_problem(target, fixed, target_time)

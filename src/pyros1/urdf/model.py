@@ -90,6 +90,6 @@ class Robot:
 
 
 def truncate_warnings(warnings: list[str]) -> list[str]:
-    """Return the first `MAX_WARNINGS` warnings; if there are more, add a line with the number of the others."""
+    """Return the first `MAX_WARNINGS` warnings; if there are more, add a line with the number of omitted ones."""
     num_more = len(warnings) - MAX_WARNINGS
     return [*warnings[:MAX_WARNINGS], f"and {num_more} more like these"] if num_more > 0 else warnings

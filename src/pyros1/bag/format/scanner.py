@@ -52,7 +52,7 @@ class Damage:
 
     Attributes:
         offset: offset in bytes.
-        reason: what is wrong there.
+        reason: why it cannot be read.
     """
 
     offset: int

@@ -106,7 +106,7 @@ def quaternion_from_matrix(matrix: ArrayLike) -> Array:
     """
     m = np.asarray(matrix, np.float64).tolist()  # see quaternion_multiply
     factor, trace = m[3][3], m[0][0] + m[1][1] + m[2][2]
-    # The quaternion times four times one of its components.
+    # The quaternion, multiplied by four times one of its components.
     if trace > 0.0:
         square = factor + trace
         products = [m[2][1] - m[1][2], m[0][2] - m[2][0], m[1][0] - m[0][1], square]

@@ -88,7 +88,7 @@ class ServerGoalHandle:
             self.action_server.publish_feedback(self.status_tracker.status, feedback)
 
     def set_accepted(self, text: str = "") -> None:
-        """Accept the goal. Like the methods below, this only logs an error if the goal's state does not allow it."""
+        """Accept the goal. Like the other ``set_`` methods, only log an error if the goal's state does not allow it."""
         self._log("Accepting goal, id: %s, stamp: %.2f")
         if self._transition(Transition.ACCEPT, text, "an active", "pending or recalling"):
             with self.action_server.lock:

@@ -50,6 +50,6 @@ __all__ = [
     "TimeStampStatusParam",
     "TopicDiagnostic",
     "Updater",
-    "rospy",  # with stock, too, `import *` provides these names
+    "rospy",  # in stock ROS, too, `import *` provides this name and the next
     "threading",
 ]

@@ -191,7 +191,7 @@ def load_config_default(
         port: the master's port; None for the port in ROS_MASTER_URI.
         roslaunch_strs: contents of more files.
         loader: an XmlLoader; None for a new one.
-        verbose: whether to print what is read.
+        verbose: whether to print a list of the files' contents.
         assign_machines: whether to assign machines to the nodes.
         ignore_unset_args: whether to read as much of the files as possible if required arguments have no values.
 

@@ -38,7 +38,7 @@ class ROSLaunchParent:
         port: port of a master started here.
         local_only: whether to skip nodes on other machines.
         process_listeners: objects with ``process_died``.
-        verbose: whether to print what is read.
+        verbose: whether to print a list of the files' contents.
         force_screen, force_log: whether to send all output to the screen, or to files.
         is_rostest, num_workers: accepted for compatibility.
         roslaunch_strs: contents of more files.

@@ -55,7 +55,7 @@ class XmlLoader:
             ros_config: the ROSLaunchConfig to fill.
             core: whether the file's nodes belong to the core.
             argv: ``name:=value`` words; None for the ones on the program's command line.
-            verbose: whether to print what is read.
+            verbose: whether to print a list of the file's contents.
 
         Raises:
             XmlParseException: the file cannot be used.

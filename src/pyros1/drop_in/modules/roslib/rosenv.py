@@ -51,7 +51,7 @@ def get_master_uri(required: bool = True, env: _Environ = None, argv: list[str] 
     Raises:
         ROSEnvException: neither is set, and the address is required.
     """
-    environ: dict[str, Any] = {ROS_MASTER_URI: None, **(os.environ if env is None else env)}  # without a default
+    environ: dict[str, Any] = {ROS_MASTER_URI: None, **(os.environ if env is None else env)}  # instead of the default
     try:
         return _check_required(ROS_MASTER_URI, rosgraph.rosenv.get_master_uri(environ, argv), required)
     except ValueError as error:

@@ -137,7 +137,7 @@ def init_node(
         def make_node() -> pyros1.Node:
             config = rosout.configure(level)
             private_params = load_command_line_node_params(command_line)
-            namespaces = [word for word in sys.argv if word.startswith(_NAMESPACE)]  # like stock, only in sys.argv
+            namespaces = [word for word in sys.argv if word.startswith(_NAMESPACE)]  # as in stock ROS, not from argv
             node = pyros1.Node(
                 name,
                 argv=[*(word for word in command_line if not _is_ignored(word)), *namespaces],

@@ -93,7 +93,7 @@ def _get_topic_type(topic: str) -> tuple[str | None, str | None, Callable[[Any],
 
 
 def get_topic_type(topic: str, blocking: bool = False) -> Any:
-    """Return the type of a topic, the topic itself, and a function.
+    """Return the type and the name of a topic, and a function that extracts a field from its messages.
 
     Args:
         topic: full name of a topic, optionally followed by the path of a field.

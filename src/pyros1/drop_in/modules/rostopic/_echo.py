@@ -157,7 +157,7 @@ class CallbackEcho:
             return
         msg_eval = self.msg_eval
         if topic != self.topic:
-            if self.topic.startswith(f"{topic}/"):  # a field of a bag's topic
+            if self.topic.startswith(f"{topic}/"):  # self.topic names a field of this topic, in a bag
                 if topic != self.last_topic:
                     self.last_topic, self.last_msg_eval = topic, msgevalgen(self.topic[len(topic) :])
                 msg_eval = self.last_msg_eval

@@ -21,7 +21,7 @@ def stock_error_for(error: SerializationError) -> Exception:
         cause = cause.__cause__ or cause.__context__
     if isinstance(cause, AttributeError) and (cause.name != "encode" or hasattr(cause.obj, "__len__")):
         return AttributeError(*cause.args)  # stock calls len() on a string first
-    if isinstance(cause, TypeError) and "'encode' for 'str'" in str(cause) and "'bytes'" in str(cause):  # in an array
+    if isinstance(cause, TypeError) and "'encode' for 'str'" in str(cause) and "'bytes'" in str(cause):  # in a str[]
         return AttributeError("'bytes' object has no attribute 'encode'")
     if isinstance(cause, UnicodeEncodeError):
         return UnicodeEncodeError(*cause.args)

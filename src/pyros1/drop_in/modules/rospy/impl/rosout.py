@@ -198,7 +198,7 @@ def connect_loggers(node: Node, argv: list[str], config: str) -> None:
     Args:
         node: the node.
         argv: the node's command line.
-        config: path of a configuration file, which determines what is shown and written; empty if there is none.
+        config: path of a configuration file, which determines which records are shown and written; empty if there is none.
     """
     os.environ[_LOG_FILE_VARIABLE] = default_log_file(node.name, os.environ, parse_arguments(argv).special)
     if config:

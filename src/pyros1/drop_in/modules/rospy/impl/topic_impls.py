@@ -97,7 +97,7 @@ class TopicImpl:
         """The connections."""
         links = self._links()
         numbers: dict[int, tuple[Any, int]] = {}
-        for link in links:  # each link keeps its number
+        for link in links:  # a link keeps the number that an earlier call gave it
             numbers[id(link)] = self._connection_ids.get(id(link)) or (link, self._next_connection_id)
             self._next_connection_id = max(self._next_connection_id, numbers[id(link)][1] + 1)
         self._connection_ids = numbers
@@ -373,7 +373,7 @@ class TopicManager:
             if impl.ref_count > 0:
                 return
             del self._table(reg_type)[resolved_name]
-        impl.close()  # without the lock: it may wait for callbacks, which may wait for the lock
+        impl.close()  # after releasing the lock, since it may block until callbacks end that wait for the lock
 
     def get_impl(self, reg_type: str, resolved_name: str) -> Any:
         """Return a topic; None if there is none."""
