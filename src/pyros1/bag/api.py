@@ -30,7 +30,7 @@ its end.
 """
 
 _TIME_FIELD_COLUMN = "time_"
-"""Column for a field called ``time``, since the column ``time`` holds the times at which messages were recorded."""
+"""Name of the column for a field ``time``: the column ``time`` holds the times at which messages were recorded."""
 
 
 class BagMessage(NamedTuple):

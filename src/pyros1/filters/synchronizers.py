@@ -14,7 +14,7 @@ from typing import Any
 from pyros1.ground.timing import Duration, Time
 
 _TO_NANOSECONDS = methodcaller("to_nsec")
-"""Sort key for times, several times faster than comparing them directly."""
+"""Sort key for Time objects: comparing its results is much faster than comparing the objects."""
 
 
 class ExactTime:

@@ -124,7 +124,7 @@ class BufferServer:
             existing_goal = self._goals.get(goal_id.id)
             if self._closed:
                 return
-            # So that the next check, whenever it runs, notices if simulated time has jumped back.
+            # Lets the next check notice if simulated time has jumped back since this goal arrived.
             self._last_check_time = max(self._last_check_time, now)
             if existing_goal is None:
                 status = self._status_class(goal_id, self._status_class.ACTIVE, "")

@@ -1,6 +1,6 @@
 """The records of MCAP files (https://mcap.dev/spec): bytes to values and back. Does no I/O.
 
-A file is ``magic, records, magic``, a record ``u8 op, u64 length, content``. Lengths come from a file that may be
+A file is ``magic, records, magic``; a record is ``u8 op, u64 length, content``. Lengths come from a file that may be
 damaged, so each is checked against the available bytes before it is used.
 """
 

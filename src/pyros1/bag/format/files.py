@@ -337,7 +337,7 @@ class BagFile:
                 raise BagError(
                     self.path, f"the bag header cannot be read ({error}); nothing can be recovered", begin
                 ) from None
-        return {}, begin  # chunks may follow a damaged header, and version 1.2 without an index has none
+        return {}, begin  # chunks may follow a damaged header; bags of version 1.2 may have no header
 
     def _first_record_offset(self, begin: int, end: int) -> int:
         """Return the offset of the first record: `end`, or `begin` if the length of the padding is damaged, so that

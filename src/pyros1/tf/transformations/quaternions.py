@@ -104,7 +104,7 @@ def quaternion_from_matrix(matrix: ArrayLike) -> Array:
 
     For rotations by less than 120 degrees, w is positive; for others, the largest of x, y and z is positive.
     """
-    m = np.asarray(matrix, np.float64).tolist()  # see quaternion_multiply
+    m = np.asarray(matrix, np.float64).tolist()  # for single numbers, floats are faster than numpy
     factor, trace = m[3][3], m[0][0] + m[1][1] + m[2][2]
     # The quaternion, multiplied by four times one of its components.
     if trace > 0.0:

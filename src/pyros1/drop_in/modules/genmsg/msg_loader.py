@@ -101,7 +101,11 @@ class MsgContext:
         return self._dependencies.get(full_msg_type)
 
     def get_all_depends(self, full_msg_type: str) -> list[str]:
-        """Return the names of all types that a type uses, each followed by the types that it uses; raises KeyError."""
+        """Return the names of the types that a type uses, each followed by the names of the types that it uses itself.
+
+        Raises:
+            KeyError: it is not known which types one of these types uses.
+        """
         direct = self.get_depends(full_msg_type)
         if direct is None:
             raise KeyError(full_msg_type)

@@ -218,7 +218,7 @@ def rosnode_ping_all(verbose: bool = False, skip_cache: bool = False) -> tuple[l
 
 
 def cleanup_master_blacklist(master: Any, blacklist: Iterable[str]) -> None:
-    """Remove all registrations of some nodes from the master."""
+    """Remove from the master all registrations of the nodes in ``blacklist``."""
     names = set(blacklist)
     for name in sorted(names & set(_registered_nodes(_system_state(master)))):
         print(f"Unregistering {name}")
@@ -242,7 +242,7 @@ def _unregister(master: Any, names: set[str]) -> None:
 
 
 def cleanup_master_whitelist(master: Any, whitelist: Iterable[str]) -> None:
-    """Remove all registrations of nodes that are not in the list from the master."""
+    """Remove from the master all registrations of nodes that are not in ``whitelist``."""
     _unregister(master, set(_registered_nodes(_system_state(master))) - set(whitelist))
 
 
@@ -252,7 +252,7 @@ def rosnode_cleanup() -> None:
 
 
 def get_node_info_description(node_name: str) -> str:
-    """Return what the master knows about a node, as text."""
+    """Return the master's information about a node, as text."""
     master = rosgraph.Master(ID)
     publishers, subscribers, services = _system_state(master)
     types = {entry[0]: entry[1] for entry in master.getPublishedTopics("/")}

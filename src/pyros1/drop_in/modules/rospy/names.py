@@ -235,7 +235,7 @@ def initialize_mappings(node_name: str) -> None:
 
 
 def valid_name_validator_resolved(param_name: str, param_value: Any, caller_id: str) -> str:
-    """Return a full name.
+    """Validate a name, and return the full name.
 
     Raises:
         ParameterInvalid: the value is not a name.

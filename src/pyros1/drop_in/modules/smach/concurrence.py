@@ -87,7 +87,7 @@ class Concurrence(Container):
     # Running ----------------------------------------------------------------------------------------------------------
 
     def execute(self, parent_ud: Any = None) -> Any:
-        """Run all states, and return the outcome; None if the program exited before there was one.
+        """Run all states, and return the outcome; None if the program exited before there was an outcome.
 
         Raises:
             InvalidStateError: a state or ``child_termination_cb`` raised an exception, or a state returned a value that

@@ -71,7 +71,7 @@ class Iterator(Container):
         self._final_outcome_map = final_outcome_map or {}
 
     def execute(self, parent_ud: Any = None) -> Any:
-        """Run the state for each item, and return the outcome; None if the program exited before there was one."""
+        """Run the state for each item, and return the outcome; None if the program exited before that."""
         if not self._is_consistent() or self._state is None:
             return None
         self._is_running = True

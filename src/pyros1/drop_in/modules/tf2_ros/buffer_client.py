@@ -38,7 +38,7 @@ class BufferClient(tf2_ros.buffer_interface.BufferInterface):
         self.client = pyros1.tf.BufferClient(PROCESS.node, rospy.remap_name(ns), timeout_padding, remap=False)
 
     def wait_for_server(self, timeout: Any = _NO_WAIT) -> bool:
-        """Wait for the server for a Duration (0 for no limit); return whether it is available."""
+        """Wait until the server is available, at most for a Duration (0 for no limit); return whether it is."""
         try:
             return self.client.wait_for_server(timeout if timeout else None)
         except NodeShutdownError:

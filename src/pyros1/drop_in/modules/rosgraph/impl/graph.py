@@ -261,7 +261,7 @@ class Graph:
         return uri
 
     def _name_of(self, destination: str) -> str | None:
-        """Return the name of the node at the other end of a connection: ``destination``, or the node with that address."""
+        """Return the name of a connection's other node: ``destination`` itself, or the node with that address."""
         if not destination.startswith("http://"):
             return destination
         if destination not in self.uri_node_map:

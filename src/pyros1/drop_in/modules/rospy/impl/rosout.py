@@ -148,7 +148,7 @@ def _load_config(path: str) -> None:
 
 
 class _OldProgramHints:
-    """Returns hints about errors in callbacks of programs for old Python versions, each only once."""
+    """Returns a hint if a callback's error is typical of a program for an old Python version; each hint only once."""
 
     def __init__(self) -> None:
         self._shown_hints: set[str] = set()
@@ -198,7 +198,7 @@ def connect_loggers(node: Node, argv: list[str], config: str) -> None:
     Args:
         node: the node.
         argv: the node's command line.
-        config: path of a configuration file, which determines which records are shown and written; empty if there is none.
+        config: path of a configuration file, which selects the records to show and to write; empty if there is none.
     """
     os.environ[_LOG_FILE_VARIABLE] = default_log_file(node.name, os.environ, parse_arguments(argv).special)
     if config:

@@ -1,4 +1,4 @@
-"""Statistics of topics on /statistics, if the parameter /enable_statistics is true when a topic is subscribed
+"""Publishes statistics of topics on /statistics, if /enable_statistics is true when a topic is subscribed
 (https://wiki.ros.org/Topics#Topic_statistics).
 """
 

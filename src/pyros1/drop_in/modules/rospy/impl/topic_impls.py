@@ -373,7 +373,7 @@ class TopicManager:
             if impl.ref_count > 0:
                 return
             del self._table(reg_type)[resolved_name]
-        impl.close()  # after releasing the lock, since it may block until callbacks end that wait for the lock
+        impl.close()  # without the lock: close() waits for callbacks, which may need the lock
 
     def get_impl(self, reg_type: str, resolved_name: str) -> Any:
         """Return a topic; None if there is none."""
