@@ -15,9 +15,9 @@ ROS2 = "ros2"
 LOST, PRESENT = "lost", "present"
 """States of other sites in a status."""
 NO_RULE = "no rule takes it"
-"""Why a topic is not received if no rule requests it."""
+"""State of another site's topic that no rule requests."""
 OTHER_VERSION = "a packet of another version of pyros1"
-"""Why packets of a site with another protocol version are ignored."""
+"""Reason in a status for ignoring packets: the other site uses another protocol version."""
 INTENDED = ("subscribed", "no subscribers here", "site lost", "denied by a rule", NO_RULE)
 """States of other sites' topics that are not a problem with the topic."""
 DROPS: Mapping[str, str] = {
@@ -198,7 +198,7 @@ def _check_refused(statuses: _Statuses, system: System) -> Iterator[Finding]:
         f"{name}: {one_line(entry['topic'])}: {one_line(entry['state'])}"
         for name, status in statuses.items()
         for entry in status["received"]
-        if entry["state"] not in INTENDED and "dialect" not in status  # those of zenoh-plugin-ros1 have other states
+        if entry["state"] not in INTENDED and "dialect" not in status  # zenoh-plugin-ros1 has other states
     )
     if items:
         yield Finding(

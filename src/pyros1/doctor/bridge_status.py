@@ -1,4 +1,4 @@
-"""The bridges of a master, and their statuses, which say what `pyros1 bridge` exchanges with other sites."""
+"""Finds a master's bridges and queries their statuses, which say what `pyros1 bridge` exchanges with other sites."""
 
 from __future__ import annotations
 
@@ -27,12 +27,12 @@ TIMEOUT = 2.5
 
 
 def find_providers(state: SystemState, service: str) -> list[str]:
-    """Return the nodes that provide a service of this name below their own name, sorted."""
+    """Return the names, sorted, of the nodes that provide a service called ``service`` below their own name."""
     return sorted({node for name, nodes in state.services.items() for node in nodes if name == f"{node}/{service}"})
 
 
 def fetch_statuses(graph: Graph, state: SystemState) -> dict[str, Mapping[str, Any] | Exception]:
-    """Return the status of each bridge, or why there is none, by the name of its node.
+    """Return the status of each bridge, or the reason why there is none, by the name of its node.
 
     Args:
         graph: asks the master.
@@ -51,7 +51,7 @@ def fetch_status(graph: Graph, name: str, timeout: float = TIMEOUT) -> Mapping[s
         timeout: seconds for the bridge's answer.
 
     Raises:
-        ServiceError: it does not answer, or its answer is not a status.
+        ServiceError: the bridge does not answer, or its answer is not a status.
         MasterUnreachableError: the master does not respond.
     """
     service = f"{name}/{STATUS_SERVICE}"
@@ -112,7 +112,7 @@ def parse_status(text: str) -> Mapping[str, Any]:
     """Parse a status.
 
     Raises:
-        ServiceError: it is not a status.
+        ServiceError: ``text`` is not a status.
     """
     try:
         status = json.loads(text) if len(text) <= _MAX_STATUS else None

@@ -51,7 +51,7 @@ def _check_unresolved_hosts(system: System, machine: Machine) -> Iterator[Findin
 
 
 def _local_processes_note(machine: Machine, host: str) -> str:
-    """Return a note about processes on this machine that use the host as their address: the fix must be made here."""
+    """Return a note about processes on this machine that use ``host`` as their address, since these must be fixed."""
     descriptions = [f"{process.name}, pid {process.pid}" for process in machine.processes if process.host == host]
     return f" (here: {external_address(machine)}; {'; '.join(descriptions)})" if descriptions else ""
 

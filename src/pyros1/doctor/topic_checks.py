@@ -231,7 +231,7 @@ def _connections_of_responding_nodes(system: System) -> dict[str, list[Connectio
 
 
 def missing_edges(system: System) -> list[Edge]:
-    """Return the expected connections between nodes that respond, if not both ends report them."""
+    """Return the expected connections between responding nodes that at most one of the two ends reports."""
     reported = _reported_edges(system)
     return [edge for edge in expected_edges(system.state) if is_missing_edge(edge, reported)]
 

@@ -20,7 +20,7 @@
     ├── MasterError                         the master responded with code 0 or -1
     │   ├── MasterMethodError               the master does not have the method, or the method failed
     │   └── MasterUnreachableError          the master did not respond at all
-    ├── ServiceError                        a service call failed, here or in the handler
+    ├── ServiceError                        a service call failed, in the client or in the handler
     │   ├── ServiceUnavailableError         the service has no provider, or its node cannot be reached
     │   └── ServiceRefusal                  raised by a handler: only the caller gets the message; nothing is logged
     ├── ParameterNotSetError (KeyError)     the parameter is not on the parameter server
@@ -132,7 +132,7 @@ class UnreachableError(TransportError):
 
 
 class UnknownHostError(UnreachableError):
-    """A host name cannot be resolved here.
+    """A host name cannot be resolved on this machine.
 
     Args:
         host: the name.

@@ -1,4 +1,4 @@
-"""How SIGINT and SIGTERM end a program, and when a repeated signal counts as deliberate."""
+"""Handlers for SIGINT and SIGTERM that end a program, and a rule for when a repeated signal counts as deliberate."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Speeds up imports by disabling garbage collection, which is useless then: the objects in modules stay alive."""
+"""Speeds up imports by disabling garbage collection, which is useless then since the objects in modules stay alive."""
 
 from __future__ import annotations
 

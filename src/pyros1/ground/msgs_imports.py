@@ -155,9 +155,9 @@ class GeneratedModules:
 class MsgsFolderFinder(FileFinder):
     """Finds pyros1's own modules in the folder of `pyros1.msgs`, or else generated modules.
 
-    Python's own finder for this folder does not know generated modules. With it, a thread that imports one before
-    `pyros1.msgs` has set its ``__path__`` would find nothing, or find a folder with stubs and make it a namespace
-    package.
+    Python's own finder for this folder does not know generated modules. If it were used, a thread that imports one
+    before `pyros1.msgs` has set its ``__path__`` would find nothing, or find a folder with stubs and make it a
+    namespace package.
 
     Args:
         folder: the folder of `pyros1.msgs`.

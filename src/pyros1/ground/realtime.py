@@ -17,10 +17,10 @@ def check_priority(priority: object, name: str) -> int:
 
     Args:
         priority: a whole number from 0 (none) to 99, or its text.
-        name: its name in the error message.
+        name: the priority's name in the error message.
 
     Raises:
-        ValueError: it is not such a number.
+        ValueError: the priority is not such a number.
     """
     with suppress(TypeError, ValueError):
         number = int(priority) if isinstance(priority, str) else operator.index(priority)  # type: ignore[arg-type]
@@ -38,7 +38,8 @@ def set_priority(priority: int, pid: int) -> None:
         pid: the process id.
 
     Raises:
-        NodeError: the system does not support them, or the user may not set them. The message says what to do.
+        NodeError: the system does not support real-time priorities, or the user may not set them. The message says
+            what to do.
     """
     if not hasattr(os, "SCHED_FIFO"):
         raise NodeError(f"cannot get real-time priority {priority}: only Linux has these priorities")

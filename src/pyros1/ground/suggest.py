@@ -1,4 +1,4 @@
-"""Suggests what a misspelt word was meant to be."""
+"""Suggests corrections for misspelt words, options and remappings."""
 
 from __future__ import annotations
 

@@ -33,7 +33,7 @@ def one_line(value: object, max_length: int = 1000) -> str:
 
 
 def lines(text: str, *, keep_bytes: bool = False) -> str:
-    """Return a text without control characters other than line breaks and tabs, which are assumed to be intended.
+    """Return ``text`` without control characters other than line breaks and tabs, which are assumed to be intended.
 
     Args:
         keep_bytes: whether to keep the surrogates that represent undecodable bytes in file names.
@@ -44,7 +44,7 @@ def lines(text: str, *, keep_bytes: bool = False) -> str:
 
 
 def coloured_lines(text: str) -> str:
-    """Return a text like `lines`, but keep colours: for text that the program itself writes, such as log messages."""
+    """Return ``text`` like `lines`, but keep colours: for text that the program itself writes, such as log messages."""
     if text.replace("\n", "").isprintable():
         return text
     return re.sub(_EXCEPT_COLOURS, lambda match: match.group(1) or _escape(match), text)

@@ -79,7 +79,7 @@ def find_view(arrays: str | None) -> View | None:
     if arrays == "memoryview":
         return memoryview_view
     if arrays == "numpy":
-        import numpy  # noqa: PLC0415  not cheap
+        import numpy  # noqa: PLC0415  slow to import
 
         return make_numpy_view(numpy, records=True)
     raise ValueError(f'arrays must be None, "memoryview" or "numpy", not {arrays!r}')

@@ -20,7 +20,7 @@ _LENGTH_PREFIXES = tuple(_U32.pack(size) for size in range(256))
 
 
 class Packers(dict[int, Callable[..., bytes]]):
-    """Number of elements -> a function that packs that many numbers; only functions for short arrays are cached."""
+    """Dictionary: array length -> function that packs that many numbers; only functions for short arrays are cached."""
 
     def __init__(self, code: str) -> None:
         super().__init__()
@@ -64,7 +64,7 @@ _COMPATIBLE_CODES = {"q": "ql", "Q": "QL", "B": "B?"}
 
 
 class Unpackers(dict[int, Callable[[Buffer, int], tuple[Any, ...]]]):
-    """Number of elements -> a function that unpacks that many numbers; only functions for short arrays are cached."""
+    """Dictionary: array length -> function that unpacks that many numbers; only those for short arrays are cached."""
 
     def __init__(self, code: str) -> None:
         super().__init__()

@@ -96,7 +96,7 @@ class MessageType(type):
 
 
 class _FullText:
-    """The class attribute ``_full_text``, which is composed when it is first accessed.
+    """Descriptor of the class attribute ``_full_text``, which composes the text when it is first accessed.
 
     For most nested types it is never accessed, and each text contains the definitions of all types used.
     """
@@ -364,8 +364,8 @@ class AnyMsg(Message):
         """Return the decoded message.
 
         Args:
-            cls: its class; None to create it from the connection header. For many messages from the same connection,
-                get the class from a :class:`pyros1.msgs.DefinitionCache`.
+            cls: the message's class; None to create it from the connection header. For many messages from the same
+                connection, get the class from a :class:`pyros1.msgs.DefinitionCache`.
 
         Raises:
             DefinitionError, UnknownTypeError: the header lacks the type or definition, or the definition is invalid,

@@ -27,7 +27,7 @@ def encoding_error(cls: type[Message], message: Any, error: Exception) -> Serial
     """Return the error for a message that could not be encoded.
 
     Args:
-        cls: its class.
+        cls: the message's class.
         message: the message, which may be a value of any type.
         error: the encoder's error, used if no wrong field is found.
     """

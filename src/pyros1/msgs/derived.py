@@ -1,4 +1,4 @@
-"""Message classes that programs derive from other message classes; they are read and written as with genpy.
+"""Codecs for message classes that programs derive from other message classes; the behaviour is that of genpy.
 
 The generated decoder creates objects of exactly the class made from the definition, and the encoder reads their fields.
 For a derived class, its constructor must be called, and also its ``deserialize`` and ``serialize`` if it has them.

@@ -32,7 +32,7 @@ _SLICE_SIZE = 3 << 12
 _dumps = json.JSONEncoder(ensure_ascii=False).encode
 
 
-def to_json(value: Any, type_name: str | None = None) -> Any:  # noqa: PLR0911 - one form, one line
+def to_json(value: Any, type_name: str | None = None) -> Any:  # noqa: PLR0911 - one return per form
     """Convert a value to one that `json.dumps` writes without loss.
 
     Args:

@@ -18,7 +18,7 @@ _read_size = struct.Struct("<I").unpack_from
 
 
 class Layout(NamedTuple):
-    """Where the byte array is in the messages of a type.
+    """Position of the byte array in the messages of a type.
 
     Attributes:
         field: name of the array's field.
@@ -61,7 +61,7 @@ class SplitBody:
 
 
 def find_layout(cls: type[Any]) -> Layout | None:
-    """Return where the byte array is in the messages of a class.
+    """Return the position of the byte array in the messages of a class.
 
     Returns:
         The layout; None if the class has no top-level uint8[] field, several such fields, or fields of variable size

@@ -52,7 +52,7 @@ def _variable_field(cls: type[Message], prefix: str = "") -> str:
 
 @lru_cache(maxsize=1000)
 def _dtype(cls: type[Message]) -> Any:
-    import numpy  # noqa: PLC0415  not cheap, and most programs have no such arrays
+    import numpy  # noqa: PLC0415  slow to import, and most programs have no such arrays
 
     def element_dtype(base: str) -> Any:
         if base in STRUCT_CODES:

@@ -30,7 +30,7 @@ def check_end(cls: type[Message], surplus: int, exact: bool) -> None:
     """Check the number of bytes after a message.
 
     Args:
-        cls: its class.
+        cls: the message's class.
         surplus: number of bytes after the message; negative if bytes are missing.
         exact: whether a surplus is an error.
 
@@ -78,7 +78,7 @@ def repair_strings(cls: type[Message], data: Buffer) -> bytes:
     """Return an encoded message in which all strings are valid UTF-8.
 
     Args:
-        cls: its class.
+        cls: the message's class.
         data: the encoded message; bytes after it are kept.
 
     Raises:

@@ -204,8 +204,8 @@ def parse_field(name: str, type_text: str, package: str = "") -> Field:
     """Return a field, parsed from its name and type.
 
     Args:
-        name: its name.
-        type_text: its type as written in a definition.
+        name: the field's name.
+        type_text: the field's type as written in a definition.
         package: package of types that are written without one.
 
     Raises:
@@ -249,7 +249,7 @@ def parse_constant_value(type_name: str, text: str) -> Value:
     """Return the value of a constant.
 
     Args:
-        type_name: its type.
+        type_name: the constant's type.
         text: the value as written.
 
     Raises:

@@ -56,7 +56,7 @@ class BackgroundWriter:
         self._deadline = 0.0
 
     def write(self, stream_name: str, text: str) -> None:
-        """Queue a text to be written soon. Never blocks. Thread-safe."""
+        """Queue ``text`` to be written soon. Never blocks. Thread-safe."""
         if self._size + len(text) > MAX_PENDING:
             self._num_dropped_lines += 1
             return
@@ -65,7 +65,7 @@ class BackgroundWriter:
         self._ensure_thread()
 
     def flush(self, timeout: float = FLUSH_TIMEOUT) -> None:
-        """Wait until all texts are written; return immediately if the output has been stuck since the last flush.
+        """Wait until all queued text is written; return immediately if the output has been stuck since the last flush.
 
         Args:
             timeout: maximum number of seconds to wait.
@@ -80,7 +80,7 @@ class BackgroundWriter:
             self._is_stuck = True
 
     def _ensure_thread(self) -> None:
-        """Wake the thread that writes the queued texts, or start one."""
+        """Wake the thread that writes the queued text, or start one."""
         try:
             del self._idle_token[0]
         except IndexError:
@@ -90,7 +90,7 @@ class BackgroundWriter:
         try:
             self._thread = thread = threading.Thread(target=self._run, name=self._name, daemon=True)
             thread.start()
-        except RuntimeError:  # no thread can be started: `close` writes the remaining texts
+        except RuntimeError:  # no thread can be started: `close` writes the remaining text
             self._thread = None
             self._idle_token.append(True)
         except BaseException:  # raised by a signal handler
@@ -100,8 +100,8 @@ class BackgroundWriter:
             raise
 
     def close(self, timeout: float = 1.0) -> None:
-        """Write the remaining texts, taking at most ``timeout`` seconds. Texts that are queued later are only written
-        if that is possible without waiting.
+        """Write the remaining text, taking at most ``timeout`` seconds. Text that is queued later is only written if
+        that is possible without waiting.
         """
         self._deadline = monotonic() + timeout
         self._closing.set()
@@ -160,13 +160,13 @@ class BackgroundWriter:
                 return
 
     def _finish_thread(self) -> bool:
-        """Prepare to end the thread; return False if it must continue, because new texts have been queued meanwhile."""
+        """Prepare to end the thread; return False if it must continue, because more text has been queued meanwhile."""
         self._idle_token.append(True)
         if self._items or self._flush_events:
             try:
                 del self._idle_token[0]
             except IndexError:
-                return True  # another thread was started for these texts
+                return True  # another thread was started for this text
             return False
         self._thread_finished.notify_all()
         return True
@@ -191,7 +191,7 @@ def write_to_terminal(items: list[Item], should_stop: ShouldStop) -> None:
 
 
 def _write_directly(stream: Any, text: str, should_stop: ShouldStop) -> None:
-    """Write to the descriptor: a thread blocked inside Python's stream would hold its lock when the program exits."""
+    """Write to the descriptor: a thread blocked in Python's stream would hold that stream's lock at program exit."""
     descriptor = stream.fileno()
     remaining = text.encode(stream.encoding, stream.errors)
     poll = select.poll()

@@ -1,6 +1,6 @@
 """Hints for users if a node cannot be reached at its advertised address (https://wiki.ros.org/ROS/NetworkSetup).
 
-This module only chooses the texts: it neither looks up hosts nor calls nodes.
+This module only chooses the wording: it neither looks up hosts nor calls nodes.
 """
 
 from __future__ import annotations
@@ -9,7 +9,7 @@ from pyros1.ground.errors import DeadlineError, UnknownHostError
 
 
 def is_loopback(host: str) -> bool:
-    """Return whether a host name or address is a loopback one, with which every machine refers to itself."""
+    """Return whether a host name or address is a loopback one, which on every machine means that machine itself."""
     return host in ("localhost", "::1") or host.startswith("127.")
 
 
@@ -47,7 +47,7 @@ def connectivity_hint(host: str, error: BaseException | None, own_host: str = ""
 
 
 def _loopback_hint(host: str, causes: list[BaseException], own_host: str) -> str:
-    if any(isinstance(cause, DeadlineError) for cause in causes):  # the process exists: an exit is noticed immediately
+    if any(isinstance(cause, DeadlineError) for cause in causes):  # an exit would be noticed immediately
         return "It hangs or is stopped: kill -CONT PID resumes a stopped process (state T in ps)"
     exited_hint = "Has it exited? Then run: pyros1 node cleanup"
     if is_loopback(own_host):

@@ -141,7 +141,7 @@ def _own_host(ipv6: bool) -> str:
 
 
 def interface_addresses(ipv6: bool = False) -> list[str]:
-    """Return the addresses of this machine's network interfaces that the system reports.
+    """Return the addresses that the system reports for this machine's network interfaces.
 
     Args:
         ipv6: whether to return the IPv6 addresses of the host name in place of its IPv4 addresses.

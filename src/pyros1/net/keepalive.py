@@ -8,7 +8,7 @@ import struct
 from typing import Final
 
 PROBE_IDLE_TIME: Final = 60
-"""Seconds of silence after which the system sends the first keep-alive probe, like stock (T37)."""
+"""Seconds of silence after which the system sends the first keep-alive probe, as in stock ROS (T37)."""
 PROBE_INTERVAL: Final = 10
 """Seconds between two keep-alive probes."""
 MAX_PROBES: Final = 9
@@ -33,7 +33,7 @@ def enable_keepalive(sock: socket.socket) -> None:
 
 
 def set_nodelay_and_keepalive(sock: socket.socket) -> None:
-    """Let a TCP socket send data without delay, and enable keep-alive probes; other sockets need neither."""
+    """Make a TCP socket send data without delay, and enable keep-alive probes; leave other sockets unchanged."""
     if sock.family in (socket.AF_INET, socket.AF_INET6):
         enable_keepalive(sock)
         # Some systems report here that the peer is gone; the next read will report that as well.

@@ -73,7 +73,8 @@ class _EpollSelector:
         self._epoll.unregister(fd)
 
     def select(self, timeout: float | None) -> list[tuple[int, int]]:
-        # Rounded up to epoll's milliseconds; otherwise the loop would spin for the last fraction before a timer.
+        # Rounded up to epoll's milliseconds; otherwise the loop would spin for the last part of a millisecond before
+        # a timer is due.
         seconds = -1.0 if timeout is None else math.ceil(timeout * 1e3) * 1e-3
         in_mask = self._in_mask
         return [(fd, READ if mask == in_mask else self._from_epoll(mask)) for fd, mask in self._epoll.poll(seconds)]
@@ -372,13 +373,13 @@ class Loop:
             spin_deadline = self._last_event_at + self._spin_time if may_poll else 0.0
             while not events and now < spin_deadline:
                 events = select(0.0)
-                yield_processor()  # let other threads run first, such as that of the client
+                yield_processor()  # let other threads run first, such as a client's
                 previous, now = now, monotonic()
                 if self._poll_guard.note_poll(previous, now):
                     break
         events = events or select(timeout)
         now = monotonic()
-        # Twice as long, since this includes the time to wake up, which is saved by polling.
+        # Twice the spin time, since the gap includes the time to wake up, which polling saves.
         self._was_gap_short = now - self._last_event_at < 2 * self._spin_time
         self._last_event_at = now
         return events

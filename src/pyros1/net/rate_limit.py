@@ -25,7 +25,7 @@ class RepeatCounter:
     repeated.
 
     Args:
-        schedule: ``schedule(seconds, function, argument)`` calls a function after some seconds, like a loop's
+        schedule: ``schedule(seconds, function, argument)`` calls a function after that many seconds, like a loop's
             ``call_later``.
     """
 

@@ -11,7 +11,7 @@ from math import inf
 from time import monotonic
 
 POLL_INTERVAL = 0.2
-"""Maximum number of seconds until the handler of a signal runs."""
+"""Maximum number of seconds by which a wait delays the handler of a signal."""
 
 
 class Condition:

@@ -25,7 +25,7 @@ MAX_PAUSE: Final = 1.0
 _CHECKED_PAUSE = 0.04
 """Minimum duration in seconds of a pause after which idle times are compared: the system reports them in hundredths."""
 _MIN_IDLE = 0.5
-"""How many processors must have been idle during a pause for polling to resume."""
+"""Polling resumes after a pause if at least this many processors, on average, were idle during the pause."""
 
 POLLING_PAUSED: Final = "polling paused"
 """Note at the end of a connection's description in ``getBusInfo``: the subscription has ``low_latency=True``, but the

@@ -49,7 +49,7 @@ class CallbackQueue:
         for num_run in range(count):
             try:
                 callback = self._callbacks.popleft()
-            except IndexError:  # another thread spins as well
+            except IndexError:  # another thread that spins has taken the callback
                 return num_run
             callback()
         return count

@@ -169,7 +169,7 @@ def _check_ports(argument: Any) -> None:
     ):
         raise TypeError(f"{requirement}, not {_describe(argument)}; for a range set PYROS1_PORTS, or __ports:= in argv")
     if not all(0 <= port < 65536 for port in argument):
-        raise OverflowError(f"{requirement}, not {argument!r}: port must be 0-65535")  # like Python's sockets
+        raise OverflowError(f"{requirement}, not {argument!r}: port must be 0-65535")  # as Python's sockets do
 
 
 def _check_argv(argument: Any) -> list[str]:

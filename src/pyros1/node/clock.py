@@ -79,10 +79,10 @@ class Clock:
         return self.now(), self.simulated
 
     def sleep(self, seconds: float) -> bool:
-        """Sleep for some seconds of the node's time.
+        """Sleep for ``seconds`` of the node's time.
 
         Args:
-            seconds: how long to sleep; for 0 or less, the method returns immediately.
+            seconds: how long to sleep; if 0 or less, the method returns immediately.
 
         Returns:
             False if the sleep was interrupted because the node is shutting down. While early hooks run, the sleep is

@@ -160,7 +160,7 @@ class Context:
         self.log.peer_event(ERROR, "%s", text)
 
     def pause(self, seconds: float) -> None:
-        """Wait for some seconds of wall time.
+        """Wait for ``seconds`` of wall time.
 
         Raises:
             NodeShutdownError: the node is shutting down.

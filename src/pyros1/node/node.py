@@ -48,7 +48,7 @@ _INTERRUPTED_EXIT_CODE = 130
 
 
 class Node(TopicMethods, ServiceMethods, TimeMethods):
-    """A ROS node. Also a context manager that shuts it down.
+    """A ROS node. As a context manager, it shuts down on exit.
 
     A process may have several nodes; they exchange messages without sockets.
 

@@ -40,7 +40,7 @@ _T = TypeVar("_T")
 
 
 class _Job:
-    """A call to the master, whose result a thread waits for.
+    """A call to the master; a thread is waiting for its result.
 
     Args:
         call: the method to call, and its arguments.

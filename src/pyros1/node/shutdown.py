@@ -1,5 +1,5 @@
-"""Shuts down a node once and in order, whether the program, a signal, the master or the interpreter's exit causes
-it."""
+"""Shuts down a node once and in order, whatever the cause: the program, a signal, the master or the interpreter's
+exit."""
 
 from __future__ import annotations
 

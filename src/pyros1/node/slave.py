@@ -226,5 +226,5 @@ def _to_xmlrpc_number(number: int) -> float:
 
 
 def _num_received_bytes(link: Any) -> int:
-    """Return the number of bytes received over a link; for a link within the process, the number of bytes sent."""
+    """Return the number of bytes received over a link; a link within the process only counts the bytes sent."""
     return int(getattr(link, "bytes_received", 0) or getattr(link, "bytes_sent", 0))

@@ -369,7 +369,7 @@ class TopicMethods:
                 undecoded. None drops nothing, but slows publishers down; in a node with ``callbacks="spin"``, None
                 means 1000.
             tcp_nodelay: whether to ask publishers to send small messages without delay.
-            arrays: the type of numeric arrays, which all have one dimension: None for bytes (uint8) and tuples;
+            arrays: the type of numeric arrays (always one-dimensional): None for bytes (uint8) and tuples;
                 "memoryview" or "numpy" for read-only arrays of the field's type that share the received bytes, without
                 copying. With "numpy", an array of messages of fixed size, such as PoseArray's ``poses``, is a
                 numpy.recarray of shape (n,) with `pyros1.msgs.record_dtype`: ``message.poses.position.x`` is an array

@@ -1,1 +1,1 @@
-"""What tools and views need for messages of any type: decoding, field paths, expressions and statistics."""
+"""Handling of messages of any type, for tools and views: decoding, field paths, expressions and statistics."""

@@ -32,7 +32,7 @@ _FORMATS_BY_EXTENSION = {
 }
 """Pillow's formats for file extensions that differ from the format's name."""
 _DEEP_MEMORY_FACTOR = 4
-"""How many times as much memory per pixel files with 16 bits per channel need as others."""
+"""Factor by which files with 16 bits per channel need more memory per pixel than others."""
 _BLOCK_PIXELS = 1 << 16
 """Number of pixels to convert at a time."""
 _END_OF_JPEG = b"\xff\xd9"

@@ -80,9 +80,9 @@ def decode_rvl(data: bytes, size: int) -> NDArray[np.uint16]:
 
 def _find_runs(numbers: NDArray[np.int64], size: int) -> tuple[NDArray[np.int64], ...]:
     """Return, for each run, the index of its first number, its number of zeros, and its number of other values."""
-    following = np.arange(2, numbers.size + 1)  # for each number: if a run begins there, where the next one begins
+    following = np.arange(2, numbers.size + 1)  # for each number: start of the next run if a run starts there
     following += numbers[1:]
-    # A noisy image has a run for every other pixel. This is faster than with an array.
+    # A noisy image has a run for every other pixel, and this loop is faster with a memoryview than with an array.
     view, places, place = following.data, array("q"), 0
     while place < len(view):
         places.append(place)

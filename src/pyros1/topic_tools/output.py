@@ -16,7 +16,7 @@ QUEUE_SIZE = 100
 """Queue size in messages, for slow subscribers and for input from fast publishers."""
 LARGE_BYTES = 1 << 16
 SMALL_QUEUE_SIZE = 10
-"""Queue size in messages for slow subscribers if the first message has more than `LARGE_BYTES`."""
+"""Queue size in messages for slow subscribers if the first message has more than `LARGE_BYTES` bytes."""
 
 
 class Output:

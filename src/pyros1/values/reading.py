@@ -1,7 +1,7 @@
 """Reads YAML by ROS 1's rules: with PyYAML's safe loader, as in stock ROS, and four notations for angles.
 
 The notations for angles are ``deg(90)``, ``rad(pi/2)``, ``!degrees 90`` and ``!radians pi/2``
-(https://wiki.ros.org/rosparam#YAML_Format). A text cannot create any other Python objects: the only values are None,
+(https://wiki.ros.org/rosparam#YAML_Format). YAML text cannot create any other Python objects: the only values are None,
 bool, int, float, str, bytes, date, datetime, list, dict and set.
 
 This adds to PyYAML: angles; limits, since a few hundred bytes of text can represent billions of values or keep PyYAML
@@ -48,7 +48,7 @@ _SPECIAL_WORDS = frozenset(("yes", "no", "true", "false", "on", "off", "null"))
 
 
 class YamlError(Error, ValueError):
-    """A text is not valid YAML, or exceeds a limit.
+    """The given text is not valid YAML, or exceeds a limit.
 
     Args:
         message: what is wrong.

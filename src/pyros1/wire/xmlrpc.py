@@ -138,7 +138,7 @@ def _encode_struct(value: dict[Any, Any], depth: int) -> str:
     return f"<value><struct>{''.join(items)}</struct></value>"
 
 
-def _encode_uncommon(value: Any, depth: int) -> str:  # noqa: PLR0911, PLR0912 - one per kind of value
+def _encode_uncommon(value: Any, depth: int) -> str:  # noqa: PLR0911, PLR0912 - one return per kind of value
     """Return the ``<value>`` element of a less common value: a subclass, binary data, a date, or an integer from
     another library.
     """

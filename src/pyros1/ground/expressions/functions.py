@@ -70,7 +70,7 @@ def find_method(owner: Any, name: str, limit: int) -> Callable[..., Any] | None:
     if name in _SIZE_CHECKED_METHODS.get(type(owner), ()):
         return functools.partial(_SIZE_CHECKED_METHODS[type(owner)][name], limit, owner)
     if name in _METHODS.get(type(owner), ()):
-        return getattr(owner, name)  # type: ignore[no-any-return]  # one of those listed above
+        return getattr(owner, name)  # type: ignore[no-any-return]  # one of the methods listed above
     return None
 
 

@@ -106,7 +106,7 @@ class Log:
             level: 1, 2, 4, 8 or 16.
             text: the message, with %s in place of the arguments.
             args: arguments of the message, each printed on one line without control characters.
-            max_texts: maximum number of different messages per period from this place in the program.
+            max_texts: maximum number of different messages per period from the calling place in the program.
             link: the link that the message is about, if the limit applies to each link separately.
         """
         sink = self._sink
@@ -153,7 +153,7 @@ class Log:
         sink.emit(record, simulated, destinations)
 
     def use_levels(self, levels: MutableMapping[str, int]) -> None:
-        """Store the levels of the node's loggers in another object.
+        """Keep the levels of the node's loggers in ``levels`` from now on.
 
         Args:
             levels: logger name -> minimum level that is logged (1, 2, 4, 8 or 16). The services ~get_loggers and

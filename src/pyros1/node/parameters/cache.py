@@ -18,7 +18,7 @@ from __future__ import annotations
 from typing import Any, Final
 
 MISSING: Final = object()
-"""Returned for a copy that does not exist or is stale."""
+"""Value that `ParameterCache.get` returns for a copy that does not exist or is stale."""
 _MAX_CHANGES = 1000
 """Maximum number of changes remembered while a value is fetched."""
 
@@ -145,7 +145,7 @@ class ParameterCache:
         self._versions[name] = self._versions.get(name, 0) + 1
 
     def _change_copy(self, name: str, key: str, value: Any) -> None:
-        """Apply a change of ``key`` to the copy of ``name``, which is the same name, or above or below it (M53)."""
+        """Apply a change of ``key`` to the copy of ``name``; the two names are related, see `_are_related` (M53)."""
         name_path, key_path = _split_name(name), _split_name(key)
         if len(key_path) >= len(name_path):
             self._values[name] = _with_value(self._values[name], key_path[len(name_path) :], value)
@@ -161,7 +161,7 @@ def _split_name(key: str) -> list[str]:
 
 
 def _are_related(name: str, key: str) -> bool:
-    """Return whether two names are the same, or one is above the other."""
+    """Return whether two names are equal, or one is a namespace that contains the other."""
     return all(a == b for a, b in zip(_split_name(name), _split_name(key), strict=False))
 
 

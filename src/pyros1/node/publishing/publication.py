@@ -60,7 +60,7 @@ class Publication(PublisherLinks):
 
     # Takes the strand itself instead of calling `Strand.do`, which saves a call for every message.
 
-    def _publish(self, message: Any) -> None:  # noqa: PLR0912 - a call would take as long as ten lines
+    def _publish(self, message: Any) -> None:  # noqa: PLR0912 - a call costs as much time as ten lines
         if not (self.links or self.latch):
             return
         thread_id, strand = get_ident(), self.strand
@@ -256,7 +256,7 @@ def _sequence_numbers() -> Iterator[int]:
 
 
 def _snapshot(frame: Frame | None, copy: Any) -> tuple[Frame | None, Any]:
-    """Return a prepared message in a form that can be queued: it refers to no memory that may change meanwhile."""
+    """Return a prepared message in a form that can be queued: without references to memory that may change."""
     return None if frame is None else copy_frame(frame), copy
 
 

@@ -25,8 +25,8 @@ _Value = SupportsFloat | SupportsIndex | str | Time | Duration | Array
 
 
 class Publisher(Generic[_M]):
-    """The user's handle for a published topic; created by ``Node.advertise``. Also a context manager that unregisters
-    it.
+    """The user's handle for a published topic; created by ``Node.advertise``. As a context manager, it unregisters on
+    exit.
 
     Attributes:
         name: the topic's full name.

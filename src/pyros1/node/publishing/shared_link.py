@@ -269,7 +269,7 @@ class SharedLink(TcpLink):
             self._flush()
 
     def _wait_and_send(self) -> None:
-        """Wait a moment until the subscriber accepts more, and send."""
+        """Wait briefly until the subscriber accepts more, then send."""
         if not self._has_waiting_references:
             super()._wait_and_send()
             return
@@ -299,6 +299,6 @@ class WaitingSharedLink(SharedLink, WaitingLink):
     """A link through shared memory whose publishers wait until everything is sent."""
 
     def start(self) -> None:
-        """Send the connection header; the loop sends the remaining part, and the latched messages that follow."""
+        """Start sending the connection header; the loop sends the rest of it, and the latched messages that follow."""
         super().start()
         self._loop.call_soon(self._strand.do, self._let_loop_send)

@@ -337,7 +337,7 @@ class TcpLink:
         """Do nothing: publishers do not wait for this link."""
 
     def _wait_and_send(self) -> None:
-        """Wait a moment until the socket accepts more, and send."""
+        """Wait briefly until the socket accepts more, then send."""
         wait_writable(self._sock)
         if self._strand.free:
             self._strand.do(self._flush_if_open)
@@ -381,7 +381,7 @@ class WaitingLink(TcpLink):
             super()._block()
 
     def start(self) -> None:
-        """Send the connection header; the loop sends the remaining part, and the latched messages that follow."""
+        """Start sending the connection header; the loop sends the rest of it, and the latched messages that follow."""
         super().start()
         self._loop.call_soon(self._strand.do, self._let_loop_send)
 
@@ -391,11 +391,11 @@ class WaitingLink(TcpLink):
         self._let_loop_send()
 
     def _block(self) -> None:
-        """Do not wake the loop, since a publisher is waiting for the socket."""
+        """Do nothing, instead of waking the loop as `TcpLink` does: a publisher is waiting for the socket."""
 
 
 def wait_writable(sock: socket.socket) -> None:
-    """Wait a moment until a socket is writable; the loop may close it meanwhile."""
+    """Wait briefly until a socket is writable; the loop may close the socket meanwhile."""
     with contextlib.suppress(OSError, ValueError):
         if hasattr(select, "poll"):
             poller = select.poll()

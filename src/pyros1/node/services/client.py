@@ -43,7 +43,7 @@ refusal can be read."""
 
 
 class ServiceClient:
-    """Client of a service; created by ``Node.service``. Also a context manager that closes it.
+    """Client of a service; created by ``Node.service``. As a context manager, it closes on exit.
 
     Calling the object calls the service: ``client(a, b)``, ``client(a=1)`` or ``client(request)``. A signal handler may
     call the service as well; if the handler has interrupted a call, it uses a separate connection.

@@ -42,8 +42,7 @@ def service_type(service_class: type[Service]) -> ServiceType:
 
 
 class ServiceServer:
-    """A service provided by a node; created by ``Node.advertise_service``. Also a context manager that shuts it
-    down.
+    """A service provided by a node; created by ``Node.advertise_service``. As a context manager, it shuts down on exit.
 
     Attributes:
         name: the service's full name.

@@ -94,7 +94,7 @@ class Connector:
 
     # Actions ----------------------------------------------------------------------------------------------------------
 
-    def _execute(self, actions: Sequence[Action]) -> None:  # noqa: PLR0912 - one line or two for each
+    def _execute(self, actions: Sequence[Action]) -> None:  # noqa: PLR0912 - one or two lines per kind of action
         for action in actions:
             match action:
                 case dialogue_actions.EndAttempt():
@@ -308,7 +308,7 @@ class Connector:
         self._stop_timers()
         self._context.loop.unregister(sock)
         if control_socket is None:
-            if sock.family not in (socket.AF_INET, socket.AF_INET6):  # references to shared memory would be useless
+            if sock.family not in (socket.AF_INET, socket.AF_INET6):  # shared memory needs the control socket
                 sock.close()
                 reason = "no descriptor came with the publisher's header: are too many files open?"
                 self._execute(self.dialogue.on_link_lost(reason))

@@ -44,7 +44,7 @@ MAX_TURN_TIME = 0.002
 MAX_BATCH = 128
 """Maximum number of messages between two clock readings."""
 BATCH_GROWTH_TIME = MAX_TURN_TIME / 8
-"""Seconds from the start of a turn during which the number of messages between clock readings doubles each time."""
+"""Seconds from the start of a turn during which each clock reading doubles the number of messages until the next."""
 _NONBLOCKING = (False,)
 
 

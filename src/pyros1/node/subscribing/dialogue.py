@@ -297,7 +297,7 @@ class Dialogue:
         return [SendHeader(header)]
 
     def on_received(self, data: bytes) -> list[Action]:
-        """Return the actions to take for bytes from the connection; if there are none, the publisher has closed it."""
+        """Return the actions to take for received ``data``; if empty, the publisher has closed the connection."""
         if not data:
             self.offers_local = self.offers_local and not self._uses_local
             return self._retry()

@@ -1,4 +1,4 @@
-"""Messages that wait to be delivered, still encoded, and the sources they come from.
+"""Queues of messages that wait to be delivered, most of them still encoded, and the sources of these messages.
 
 * `Batch`: the messages of one receive from a TCP link.
 * `Inbox`: a queue between the thread that puts messages and the thread that delivers them, which may work at the same

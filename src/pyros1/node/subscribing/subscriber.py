@@ -1,4 +1,4 @@
-"""The user's handle for a subscription: it has the callback, and decodes messages into the form that the user
+"""The user's handle for a subscription: holds the callback, and decodes messages into the form that the user
 requests."""
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ def _make_view_decoder(cls: Any, view: View) -> Decode:
 
 
 class Subscriber(Generic[_M]):
-    """A user's handle for a subscription; created by ``Node.subscribe``. Also a context manager that unregisters it.
+    """A user's handle for a subscription; created by ``Node.subscribe``. As a context manager, it unregisters on exit.
 
     Attributes:
         name: the topic's full name.

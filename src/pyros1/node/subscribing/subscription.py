@@ -143,7 +143,7 @@ class Subscription:
                 self._connectors[uri] = Connector(self, uri)
             self._connectors[uri].on_publisher_listed()
         if complete:
-            listed = set(uris)  # there may be a thousand
+            listed = set(uris)  # for fast look-ups: there may be a thousand
             for uri in [uri for uri in self._connectors if uri not in listed]:
                 self._connectors[uri].on_publisher_unlisted()
 

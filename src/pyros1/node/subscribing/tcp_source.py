@@ -226,8 +226,8 @@ class TcpSource:
 
 
 def _set_receive_timeout(sock: socket.socket) -> bool:
-    """Let a plain receive wait in the kernel for a short time, if the system also supports receives that do not wait;
-    return whether that succeeded.
+    """Make receives wait in the kernel for at most RECEIVE_TIMEOUT seconds unless the flag DONTWAIT is passed; return
+    False if the system does not support this, so that no receive waits.
     """
     if DONTWAIT and set_socket_timeouts(sock, RECEIVE_TIMEOUT):
         return True

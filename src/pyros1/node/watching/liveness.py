@@ -31,7 +31,7 @@ class Sighting(NamedTuple):
     Attributes:
         name: the node's full name.
         alive: True if the node was found, False if it was lost.
-        reason: a text that says why the node is considered found or lost.
+        reason: why the node is considered found or lost.
         silent: seconds since the node's last response; 0 if it was found.
         uri: URI of the node's slave API.
         pid: the node's process id; None if the node does not report it.
@@ -106,7 +106,7 @@ class WatchedNode:
         """Process a failed request to the node at `uri`; return the resulting changes.
 
         Args:
-            reason: a text that says why the request failed.
+            reason: why the request failed.
             requested_at: when the request was sent.
             now: the current time.
             is_port_closed: whether the node's machine reports that the port is closed.
@@ -119,7 +119,7 @@ class WatchedNode:
         return self._mark_lost(reason, now) if now >= self._failing_since + self._limit - 1e-3 else []
 
     def ignore_failure(self) -> None:
-        """Ignore the last failure: this process was suspended, so it says nothing about the node."""
+        """Ignore the last failure: it says nothing about the node, since this process was suspended."""
         self._failing_since = None
 
     def _mark_lost(self, reason: str, now: float) -> list[Sighting]:

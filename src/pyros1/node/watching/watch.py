@@ -25,7 +25,7 @@ MIN_STALL = 0.25
 
 
 class Watch:
-    """A watched node; created by ``Node.watch``. Also a context manager that stops watching.
+    """A watched node; created by ``Node.watch``. As a context manager, it stops watching on exit.
 
     Args:
         loop: the node's loop.
