@@ -129,7 +129,7 @@ def clock_offset(caller_id: str, host: str, port: int) -> float | None:
         now = (sent_at + time()) / 2
         if date is None:
             return None
-        # The date has a resolution of one second.
+        # The date is truncated to a whole second: half a second is lost on average.
         return parsedate_to_datetime(date).timestamp() + 0.5 - now
     except (OSError, http.client.HTTPException, ValueError, TypeError):
         return None

@@ -87,7 +87,7 @@ class DeserializationError(MessageError):
         type_name: the expected type, for example ``std_msgs/String``. If it is the only argument, it is the whole text
             of the error: programs and generated modules raise the error that way.
         offset: offset in the message body at which decoding failed, in bytes.
-        reason: what is wrong there.
+        reason: what is wrong at that offset.
     """
 
     def __init__(self, type_name: object = "", offset: int | None = None, reason: str = "") -> None:

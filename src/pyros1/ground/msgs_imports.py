@@ -27,7 +27,7 @@ from importlib.machinery import (
     SourcelessFileLoader,
 )
 
-TYPE_CHECKING = False  # as in typing, which small programs need not load
+TYPE_CHECKING = False  # in place of typing.TYPE_CHECKING: small programs need not load typing
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
     from types import ModuleType
@@ -130,7 +130,7 @@ class GeneratedModules:
             self.message_finder.check(name)
         if submodule not in ([], ["msg"], ["srv"]):
             return None
-        spec = ModuleSpec(name, self, is_package=True)  # type: ignore[arg-type]  # has all a loader needs
+        spec = ModuleSpec(name, self, is_package=True)  # type: ignore[arg-type]  # contains all that the loader needs
         spec.submodule_search_locations = SearchPath([], self)
         return spec
 

@@ -46,12 +46,12 @@ def set_priority(priority: int, pid: int) -> None:
     policy = os.SCHED_FIFO if priority else os.SCHED_OTHER
     done: set[str] = set()
     try:
-        for _ in range(_MAX_PASSES):  # until there are no new threads: those not yet changed may create some
+        for _ in range(_MAX_PASSES):  # until there are no new threads: unchanged ones may create more
             threads = set(os.listdir(f"/proc/{pid}/task")) - done
             if not threads:
                 break
             for thread in threads:
-                with suppress(ProcessLookupError):  # it has ended
+                with suppress(ProcessLookupError):  # the thread has ended
                     os.sched_setscheduler(int(thread), policy, os.sched_param(priority))
             done |= threads
     except (FileNotFoundError, ProcessLookupError):

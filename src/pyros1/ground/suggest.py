@@ -14,7 +14,7 @@ _MIN_PORT = 1024
 _MIN_SIMILARITY = 0.6
 _MIN_PREFIX_LENGTH = 2
 SYNONYMS = {"ls": "list", "rm": "delete", "cat": "echo", "show": "info", "stack": "pkg"}
-"""Words that other tools use -> the words used here."""
+"""Words that other tools use -> pyros1's words."""
 
 
 def did_you_mean(word: str, valid_words: Iterable[str]) -> str:

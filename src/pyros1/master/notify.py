@@ -59,7 +59,7 @@ class Notifier:
         self._queued: dict[str, dict[_Key, Notice]] = {}  # API URI -> queued notices
 
     def send(self, notices: Sequence[Notice]) -> None:
-        """Queue notices, in order; those to nodes that are free are sent immediately."""
+        """Queue notices, in order; a node without a call in progress receives its notice immediately."""
         for notice in notices:
             key = _notice_key(notice)
             if notice.api not in self._in_flight:
@@ -108,7 +108,7 @@ class Notifier:
 
     def _warn_unless_gone(self, notice: Notice, error: TransportError) -> None:
         if notice.api not in self._reported_apis:
-            return  # it has been reached meanwhile
+            return  # the subscriber has been reached meanwhile
         if not self._is_subscribed(notice.node, notice.subject, notice.api):
             self._reported_apis.discard(notice.api)
             return

@@ -108,7 +108,7 @@ class Parameters:
         """Return the value or branch at a key (M48).
 
         Raises:
-            KeyError: nothing is set there.
+            KeyError: nothing is set at the key.
         """
         value: Any = self._root
         for part in key.split(SEP):
@@ -129,7 +129,7 @@ class Parameters:
         """Remove a value or branch.
 
         Raises:
-            KeyError: nothing is set there, or the key is ``/``, which cannot be removed (M27).
+            KeyError: nothing is set at the key, or the key is ``/``, which cannot be removed (M27).
         """
         path = _split_key(key)
         if not path or key not in self:

@@ -5,7 +5,7 @@ A node is registered with its name and API URI as long as it has a publication, 
 subscription (M37). A node that registers under the same name with another URI replaces the old node, which is asked to
 shut down and whose registrations are all removed (M34).
 
-Nothing is sent here: methods change the registry and return the notices to be sent to nodes. All names must be
+This module sends nothing: methods change the registry and return the notices to be sent to nodes. All names must be
 resolved.
 """
 

@@ -15,7 +15,7 @@ from __future__ import annotations
 
 from pyros1.ground import msgs_imports
 
-TYPE_CHECKING = False  # as in typing, which small programs need not load
+TYPE_CHECKING = False  # in place of typing.TYPE_CHECKING: small programs need not load typing
 if TYPE_CHECKING:
     from typing import Any
 

@@ -49,7 +49,7 @@ def find_class(
     Args:
         type_name: full type name.
         md5sum: md5 sum from the connection header; ``*`` or empty if unknown.
-        full_text: its definition text, which may be empty.
+        full_text: the connection's definition text, which may be empty.
         other_texts: definition texts from other connections with that type.
         prefer_installed: whether to prefer an installed type of that name to a text whose md5 sum differs from the
             connection's, like stock's tools, which only know installed types.

@@ -234,7 +234,7 @@ class _RepairWalker(MessageWalker):
         self._copied = self.position
 
     def _handler(self) -> str:
-        """Return the name of the error handler; report the repair here if that handler does not."""
+        """Return the name of the error handler; if that handler does not report the repair, do so."""
         try:
             handler = codecs.lookup_error(HANDLER_NAME)
         except LookupError:

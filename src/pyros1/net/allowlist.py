@@ -18,7 +18,7 @@ from pyros1.net.background_writer import BackgroundWriter, write_to_terminal
 _MAX_REPORTED: Final = 1000
 """Maximum number of refused addresses to remember; each is reported only once."""
 _LINGER_RESET: Final = struct.pack("ii", 1, 0)
-"""Value of SO_LINGER: closing sends a reset, so no socket stays in TIME_WAIT here."""
+"""Value of SO_LINGER: closing sends a reset, so no socket stays in TIME_WAIT on this side."""
 _KEYWORDS: Final = {"localhost": ("127.0.0.0/8", "::1/128")}
 
 _Network = ipaddress.IPv4Network | ipaddress.IPv6Network

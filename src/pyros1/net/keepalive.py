@@ -16,7 +16,7 @@ MAX_PROBES: Final = 9
 MIN_UNANSWERED: Final = 3
 """Minimum number of unanswered retransmissions or probes before a silent machine is considered gone."""
 
-_TCP_INFO = struct.Struct("@2x2B52xI")  # from struct tcp_info: retransmits, probes, last_ack_recv in ms
+_TCP_INFO = struct.Struct("@2x2B52xI")  # of struct tcp_info: retransmits, probes, last_ack_recv in ms
 
 
 def enable_keepalive(sock: socket.socket) -> None:

@@ -109,7 +109,7 @@ class _EpollBackend:
 class _SelectorBackend:
     """A replacement for epoll. Only the thread that waits in the selector changes its set of sockets.
 
-    No other thread waits for a lock here, so signal handlers may call any method.
+    No other thread ever waits for a lock, so signal handlers may call any method.
     """
 
     def __init__(self) -> None:

@@ -88,7 +88,7 @@ class PollGuard:
 
 
 def idle_time() -> float | None:
-    """Return for how many seconds processors have been idle, in total; None if the system does not report it."""
+    """Return the total idle time of all processors in seconds; None if the system does not report it."""
     try:
         with open("/proc/uptime", "rb") as file:
             return float(file.read(64).split()[1])

@@ -132,7 +132,7 @@ class Shutdown:
         try:
             self._run_hooks(self._hooks)
             self._hooks_have_run = True
-            self._run_hooks(self._hooks)  # those added at the last moment
+            self._run_hooks(self._hooks)  # hooks added while the others ran
         finally:  # even if a hook exits the program
             if os.getpid() == self._node_pid:
                 self._close()

@@ -69,7 +69,7 @@ class Strand:
         self.work()
 
     def post(self, job: Callable[..., object], *args: Any) -> None:
-        """Leave a job to the thread that is running jobs; if too many are queued, delay the caller for a moment."""
+        """Like `do`, but if very many jobs are waiting, delay the caller by POLL_DELAY seconds."""
         self.do(job, *args)
         if len(self.jobs) > JOBS_BEFORE_DELAY and not self.runs_in_this_thread:
             time.sleep(POLL_DELAY)

@@ -1,4 +1,4 @@
-"""Shared by mux and demux: a list of topics, and services that select one topic or none.
+"""A list of topics, and services that select one of the topics or none: the common part of mux and demux.
 
 The services are select, add, delete and list, relative to the name ``mux`` or ``demux``, which users can remap. The
 selected topic is published on the latched topic ``selected``.

@@ -29,7 +29,7 @@ _MAX_PIXELS = 1 << 26
 _IS_HEADER, _IS_DIFFERENCE = 0x80, 0x40
 """Bits of a packet's first byte; frames without the difference bit are key frames."""
 _FULL_RANGE = 2
-"""theora_image_transport's colours use the full range of values, unlike those of most videos."""
+"""FFmpeg's number for colours with the full range of values; theora_image_transport's have it, unlike most videos."""
 
 
 def packet_class() -> Any:

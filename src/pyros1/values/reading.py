@@ -40,7 +40,7 @@ _SCALAR_TAGS = frozenset(
 )
 """Tags of single values."""
 
-# Texts that do not need PyYAML; most parameters on a command line are of this kind.
+# Values that can be parsed without PyYAML; most parameters on a command line are of this kind.
 _SIMPLE_WORD = re.compile(r"[A-Za-z_/][\w/.-]*", re.ASCII)
 _SIMPLE_INT = re.compile(r"-?(?:0|[1-9][0-9]{0,17})")
 _SIMPLE_FLOAT = re.compile(r"-?[0-9]+\.[0-9]+")
@@ -123,7 +123,7 @@ def load_all_yaml(text: str, where: str | None = None) -> list[Any]:
         mark = error.problem_mark or error.context_mark
         raise YamlError(_format_reason(error), where, None if mark is None else mark.line + 1) from error
     except yaml.YAMLError as error:
-        position = getattr(error, "position", None)  # of a character that is not allowed
+        position = getattr(error, "position", None)  # position of a character that is not allowed
         line = None if position is None else text.count("\n", 0, position) + 1
         raise YamlError(_format_reason(error), where, line) from error
     except RecursionError as error:

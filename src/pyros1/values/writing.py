@@ -63,7 +63,7 @@ def _dumper_class() -> Any:
 
     for tag, (pattern, first_character) in ANGLE_TAGS.items():  # strings that look like angles are quoted
         Dumper.add_implicit_resolver(tag, pattern, [first_character])
-    for value_type in (dict, list, tuple, set, str, bytes, int, float):  # and subclasses, such as numpy numbers
+    for value_type in (dict, list, tuple, set, str, bytes, int, float):  # subclasses, too, such as numpy numbers
         Dumper.add_multi_representer(value_type, _make_representer(value_type))
     Dumper.add_multi_representer(bytearray, lambda dumper, data: dumper.represent_data(bytes(data)))
     return Dumper

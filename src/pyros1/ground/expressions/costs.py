@@ -140,7 +140,7 @@ def membership_cost(item: Any, container: Any, limit: int) -> int:
     if type(container) in TEXT_TYPES:
         return shallow_size(container) + search_cost(item, container)
     if isinstance(container, HASHED_TYPES):
-        return deep_size(item, limit)  # only its hash is computed
+        return deep_size(item, limit)  # only the item's hash is computed
     return shallow_size(container) if type(item) in SCALAR_TYPES else deep_size(container, limit)
 
 

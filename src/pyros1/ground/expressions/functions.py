@@ -66,7 +66,7 @@ def find_method(owner: Any, name: str, limit: int) -> Callable[..., Any] | None:
         limit: maximum size of its result.
     """
     if type(owner) is int and name == "is_integer":
-        return lambda: True  # new in Python 3.12
+        return lambda: True  # int.is_integer is new in Python 3.12
     if name in _SIZE_CHECKED_METHODS.get(type(owner), ()):
         return functools.partial(_SIZE_CHECKED_METHODS[type(owner)][name], limit, owner)
     if name in _METHODS.get(type(owner), ()):

@@ -111,7 +111,7 @@ def nested_size(items: Collection[Any], pending: list[Any]) -> int:
     `pending`.
     """
     item_types = set(map(type, items))
-    if item_types == {int}:  # as in most messages
+    if item_types == {int}:  # true for most messages
         bits: int = sum(number.bit_length() for number in items if not -_MAX_SMALL_INT < number < _MAX_SMALL_INT)
         return bits // 64
     if item_types <= _FIXED_SIZE:

@@ -128,7 +128,7 @@ class LogSink:
         self._pid = os.getpid()
 
     def reset_after_fork(self) -> None:
-        """Prepare for use in a forked process, where locks may be held by threads that do not exist there."""
+        """Prepare for use in a forked process, in which locks may be held by threads that no longer exist."""
         if os.getpid() != self._pid:
             if self._file is not None:
                 # The parent's file is kept, since closing it could block on its lock.
@@ -161,7 +161,7 @@ class LogSink:
                 state.is_writing = True
                 self._write(*state.pending_records.popleft())
             finally:
-                state.is_writing = False  # then check again, for records that a signal handler has added
+                state.is_writing = False  # cleared before the loop looks for records of a signal handler
 
     def _write(self, record: Record, simulated: bool, destinations: Destinations, by_program: bool) -> None:
         is_on_loop = isinstance(threading.current_thread(), LoopThread)

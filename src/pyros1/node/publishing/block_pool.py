@@ -21,7 +21,7 @@ MAX_BYTES = 512 << 20
 """Maximum total size of all blocks of a topic, in bytes."""
 MAX_FREE_BLOCKS = 4
 """Maximum number of free blocks to keep."""
-_ALIGNMENT = 64  # of a message's large array, in bytes, so that computations on it are fast
+_ALIGNMENT = 64  # in bytes, of a message's large array: makes computations on it fast
 _LENGTH_SIZE = 4
 _unpack_u32 = struct.Struct("<I").unpack_from
 
@@ -49,7 +49,7 @@ class Block:
         self.size = size
         fd = os.memfd_create("pyros1", os.MFD_CLOEXEC | os.MFD_ALLOW_SEALING)
         try:
-            os.posix_fallocate(fd, 0, size)  # so that lack of memory is an error here, not a fatal signal later
+            os.posix_fallocate(fd, 0, size)  # raises an error if memory is lacking, which would later be a fatal signal
             # If the file could shrink, the system could kill its readers.
             fcntl.fcntl(fd, fcntl.F_ADD_SEALS, fcntl.F_SEAL_SHRINK | fcntl.F_SEAL_GROW | fcntl.F_SEAL_SEAL)
             self.memory = mmap.mmap(fd, size)

@@ -57,7 +57,7 @@ class PeerWatch:
         self._previous_links: tuple[Link, ...] = ()
         self._notifier = Notifier(f"subscribers of {publication.topic}", log, max_pending=None)
         publication.change_listeners.append(self._update)
-        publication.context.loop.call_soon(self._update)  # for those already connected
+        publication.context.loop.call_soon(self._update)  # reports subscribers that are already connected
 
     def close(self) -> None:
         """Make no further calls."""

@@ -92,7 +92,7 @@ class TcpLink:
         self._is_idle = True
         self._is_blocked = False
         self._closed = False
-        self._is_flush_scheduled = False  # by the loop's timer
+        self._is_flush_scheduled = False  # whether the loop's timer is set
         self._is_writable = False  # whether the socket accepts more
         self._in_event = False  # whether the loop is in `_on_event`
         self._streak = 0

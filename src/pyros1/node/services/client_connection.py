@@ -190,7 +190,7 @@ class ClientConnection:
             self._loop.call_soon(self._wait_for_request)
 
     def _linger(self) -> FrameRanges:
-        """Wait a moment for more requests; return their ranges in the buffer, or [] if none is complete by then.
+        """Wait briefly for more requests; return their ranges in the buffer, or [] if none is complete by then.
 
         Raises:
             OSError: the client has disconnected, or the connection is being closed.

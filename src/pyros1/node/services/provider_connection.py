@@ -146,7 +146,7 @@ class ProviderConnection:
                 self._check_peer(error)  # the deadline is checked by `_remaining_time`
 
     def receive(self) -> bytes:
-        """Receive some bytes.
+        """Wait for bytes from the provider and return them.
 
         Raises:
             ConnectionError: the provider has closed the connection, or its machine no longer responds.

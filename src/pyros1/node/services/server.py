@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 MAX_CALLS = 256
 """Maximum number of concurrent calls to one service; more are refused."""
 MAX_EARLY_CALLS = 8
-"""A thread waits a moment for a new client's first request only while fewer calls than this are in progress."""
+"""A thread waits briefly for a new client's first request only while fewer calls than this are in progress."""
 SPIN_WARNING_DELAY = 5.0
 """Seconds that a call waits for the program to spin before a warning is logged."""
 

@@ -212,7 +212,7 @@ class Connector:
                     )
                 else:
                     protocols.append(self._offered_source.offer())
-        # Last, so that a publisher that only looks at the first protocol finds one that it supports.
+        # The local transport comes last, so that a publisher that only looks at the first protocol finds TCPROS.
         if self._context.local_key and self.dialogue.offers_local and "local" in self._subscription.hints.transports:
             protocols.append(make_offer(self._context.local_key))
         return protocols

@@ -69,7 +69,7 @@ class Deadline:
         self._notifier: Notifier | None = None
         self._subscription: Subscription | None = None
         self._now = clock.seconds if clock.simulated else monotonic
-        self._last_arrival_at: float | None = None  # of the last message, or else of the first publisher; None before
+        self._last_arrival_at: float | None = None  # of the last message, else of the first publisher; None if neither
         self._reported_gap_start: float | None = None  # when the last reported gap began
         self._is_watching = self._closed = False
 

@@ -91,7 +91,7 @@ class DeliveryLoop:
             (self._ready_inboxes, self._deliver_from_inbox),
         )
         self._work_queues: tuple[tuple[list[Any], Callable[[Any], None]], ...] = work_queues
-        self._dropped = 0  # not counting inboxes and spin queues
+        self._dropped = 0  # number of messages, without those that inboxes and spin queues dropped
         self._owner_lock = threading.Lock()
         self._owner_thread_id = 0  # 0 if there is no owner
         self._is_woken = False  # whether a thread has been woken and will become the owner
@@ -244,7 +244,7 @@ class DeliveryLoop:
                 self._work()
             except BaseException:
                 self._release_ownership()
-                self.driver.wake(self)  # for the remaining work
+                self.driver.wake(self)  # to run again for the remaining work
                 raise
             self._release_ownership()
             if cooperative and not self._closed:
@@ -386,7 +386,7 @@ class DeliveryLoop:
         """Deliver the newest messages of each publisher in turn, while messages arrive faster than callbacks run."""
         backlog = Backlog(limit)
         backlog.put_batch(batch)
-        while self._undelivered:  # from before there was a limit
+        while self._undelivered:  # queued before there was a limit
             backlog.put_batch(earlier_batch := self._undelivered.pop(0))
             self._rearm(earlier_batch.link)
         while not self._closed:
@@ -428,7 +428,7 @@ class DeliveryLoop:
             for _ in range(batch_size):
                 item = inbox.take()
                 if self._jobs:
-                    self._run_jobs()  # as in `_receive`
+                    self._run_jobs()  # before delivery, as in `_receive`
                 if item is None or self._closed:
                     self._mark_empty(inbox)
                     return

@@ -145,7 +145,7 @@ class LogMessage(NamedTuple):
 
 
 class LogUnknownHost(NamedTuple):
-    """Log that the publisher's host name cannot be resolved here."""
+    """Log that the publisher's host name cannot be resolved on this machine."""
 
     error: UnknownHostError
 

@@ -65,8 +65,8 @@ class Dispatcher:
         # The active subscribers of both kinds: they have received the latched messages, and now receive all others.
         self._active: tuple[Subscriber[Any], ...] = ()
         self._active_direct: tuple[Subscriber[Any], ...] = ()
-        self._latched: dict[Source, Item] = {}  # from delivered messages
-        self._latched_on_arrival: dict[Source, Item] = {}  # from messages that may still wait for `spin`
+        self._latched: dict[Source, Item] = {}  # latched messages that were delivered
+        self._latched_on_arrival: dict[Source, Item] = {}  # latched messages that may still wait for `spin`
         self._lock = threading.RLock()  # reentrant: a signal handler in one of these methods may shut down the node
 
     @property
@@ -308,8 +308,8 @@ class SpinQueues:
         self._dispatcher = dispatcher
         self._callback_queue = callback_queue
         self._queues: dict[Source, SpinQueue] = {}
-        self._ended_queues: list[SpinQueue] = []  # of removed sources whose last messages are still waiting
-        self._dropped = 0  # in removed queues
+        self._ended_queues: list[SpinQueue] = []  # queues of removed sources, with messages that still wait
+        self._dropped = 0  # number of messages lost in removed queues
 
     @property
     def waiting(self) -> int:

@@ -91,7 +91,7 @@ class Inbox:
 
     @property
     def dropped(self) -> int:
-        """Number of messages lost so far, here or on the way; may briefly be one too low, but never too high."""
+        """Number of messages lost so far, in this inbox or before it; may briefly be one too low, but never too high."""
         # in this order: other threads add and take
         return self.lost + max(0, self._num_put - len(self) - self._num_taken)
 
@@ -139,9 +139,9 @@ class InboxSet:
     """
 
     def __init__(self) -> None:
-        self.ready: list[Inbox] = []  # short as a rule; see `DeliveryLoop`
+        self.ready: list[Inbox] = []  # usually short, so not a deque; see `DeliveryLoop`
         self.inboxes: dict[Inbox, None] = {}
-        self._dropped = 0  # in removed inboxes
+        self._dropped = 0  # number of messages lost in removed inboxes
         self._room = Condition()
 
     def __len__(self) -> int:
@@ -321,5 +321,5 @@ class Backlog:
         items = self._waiting.pop(source)
         item = items.popleft()
         if items:
-            self._waiting[source] = items  # behind the other sources now
+            self._waiting[source] = items  # its next turn comes after the other sources'
         return source, item

@@ -232,7 +232,7 @@ class SharedSource(TcpSource):
         unsent.append(encode_release(number))
         with contextlib.suppress(IndexError, OSError):  # all have been sent, or the publisher is gone
             while True:
-                record = unsent.popleft()  # only one thread gets each
+                record = unsent.popleft()  # each record goes to only one thread
                 try:
                     self._control_socket.send(record)
                 except BlockingIOError:

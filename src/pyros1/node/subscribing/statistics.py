@@ -20,7 +20,7 @@ class Limits(NamedTuple):
 
 
 class Summary(NamedTuple):
-    """Mean, standard deviation and maximum of some values; all are 0 if there are no values."""
+    """Mean, standard deviation and maximum of a list of values; all are 0 if the list is empty."""
 
     mean: float
     deviation: float

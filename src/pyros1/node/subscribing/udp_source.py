@@ -82,7 +82,7 @@ class UdpSource:
         self._inbox = Inbox(self)
         self._assembler = Assembler(0)
         self._allowlist = allowlist
-        self._is_accepted_by_sender: dict[str, bool] = {}  # by the sender's address
+        self._is_accepted_by_sender: dict[str, bool] = {}  # sender's address -> allowed
         self._sock = datagram_socket(address.bind, address.ports)
         self._receive_datagram = self._sock.recv if allowlist is None else self._receive_allowed
         with contextlib.suppress(OSError):

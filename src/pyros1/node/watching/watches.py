@@ -37,7 +37,7 @@ class Watches:
         self._notifiers = notifiers
         self._rpc = RpcCaller(context.loop, on_disconnect=self._on_disconnected)
         self._lookups = Lookups(context.loop, self._rpc, context.name, master_uri)
-        self._watches_by_period: dict[float, tuple[Watch, ...]] = {}  # used on the loop
+        self._watches_by_period: dict[float, tuple[Watch, ...]] = {}  # used only on the loop
         self._phase = int.from_bytes(os.urandom(4), "big") * 1e-6  # in seconds, so that nodes poll at different times
         self._closed = False
 
