@@ -31,7 +31,7 @@ DROPS: Mapping[str, str] = {
 """Reason why messages are dropped -> what to do about it. Other reasons are normal."""
 _MIN_DROPS = 10
 _MIN_SHARE = 0.05
-"""Only topics that drop at least this many messages, and this share of all, are reported."""
+"""Only topics that drop at least `_MIN_DROPS` messages, and at least this share of all messages, are reported."""
 _Statuses = Mapping[str, Mapping[str, Any]]
 
 

@@ -188,7 +188,7 @@ def _fixed_bytes(message: Message) -> Iterator[tuple[Message | None, str]]:
         if bracket and base in ("uint8", "char"):
             if count != "]":
                 yield message, name
-        elif is_record_array(value):  # the zeros at the end stay
+        elif is_record_array(value):  # its elements keep the zeros at their ends
             yield from [(None, name)] * (len(value) * _num_fixed_bytes(message._classes[base]))
         elif base in message._classes:
             for part in value if bracket else [value]:

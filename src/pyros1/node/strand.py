@@ -28,7 +28,7 @@ MAX_JOBS_PER_TURN = 64
 JOBS_BEFORE_DELAY = 1000
 """Number of waiting jobs above which `Strand.post` delays each thread that adds another job."""
 POLL_DELAY = 0.001
-"""Duration of that delay, in seconds."""
+"""Duration in seconds of the delay in `Strand.post`."""
 
 Job = tuple[Callable[..., object], tuple[Any, ...]]
 

@@ -59,7 +59,7 @@ IN_PROGRESS = frozenset({State.REQUESTING, State.CONNECTING, State.HANDSHAKE})
 
 
 class RequestTopic(NamedTuple):
-    """Call the publisher's ``requestTopic``, or link to it if it is in this process.
+    """Action: call the publisher's ``requestTopic``, or link to the publisher if it is in this process.
 
     Attributes:
         report_silence: whether to call `Dialogue.on_publisher_silent` if there is no link after a while.
@@ -69,26 +69,26 @@ class RequestTopic(NamedTuple):
 
 
 class Connect(NamedTuple):
-    """Open a TCP connection, and close the socket that was offered for datagrams."""
+    """Action: open a TCP connection, and close the socket that was offered for datagrams."""
 
     host: str
     port: int
 
 
 class ConnectLocal(NamedTuple):
-    """Connect to the Unix socket called ``name``."""
+    """Action: connect to the Unix socket called ``name``."""
 
     name: str
 
 
 class SendHeader(NamedTuple):
-    """Send our connection header, and wait for the publisher's."""
+    """Action: send our connection header, and wait for the publisher's."""
 
     header: Mapping[str, str]
 
 
 class Link(NamedTuple):
-    """Turn the connection into a link.
+    """Action: turn the connection into a link.
 
     Attributes:
         header: the publisher's connection header.
@@ -100,7 +100,7 @@ class Link(NamedTuple):
 
 
 class LinkDatagrams(NamedTuple):
-    """Turn the socket that was offered for datagrams into a link.
+    """Action: turn the socket that was offered for datagrams into a link.
 
     Attributes:
         header: the publisher's connection header.
@@ -114,25 +114,25 @@ class LinkDatagrams(NamedTuple):
 
 
 class Backoff(NamedTuple):
-    """Call `Dialogue.on_backoff_over` after ``seconds``."""
+    """Action: call `Dialogue.on_backoff_over` after ``seconds``."""
 
     seconds: float
 
 
 class EndAttempt(NamedTuple):
-    """End the attempt: close its sockets, stop its timers, and ignore responses to it."""
+    """Action: end the attempt, which means to close its sockets, stop its timers, and ignore responses to it."""
 
 
 class EndDatagrams(NamedTuple):
-    """End the UDP link: its publisher is gone."""
+    """Action: end the UDP link, since its publisher is gone."""
 
 
 class Forget(NamedTuple):
-    """End the dialogue with this publisher."""
+    """Action: end the dialogue with this publisher."""
 
 
 class LogMessage(NamedTuple):
-    """Log a message about the publisher.
+    """Action: log a message about the publisher.
 
     Attributes:
         is_error: whether to log an error, not a warning.
@@ -145,7 +145,7 @@ class LogMessage(NamedTuple):
 
 
 class LogUnknownHost(NamedTuple):
-    """Log that the publisher's host name cannot be resolved on this machine."""
+    """Action: log that the publisher's host name cannot be resolved on this machine."""
 
     error: UnknownHostError
 

@@ -62,7 +62,7 @@ class Dispatcher:
         self.streams: tuple[Stream, ...] = ()
         self._context = context
         self._topic = topic
-        # The active subscribers of both kinds: they have received the latched messages, and now receive all others.
+        # The active subscribers, direct or not: they have received the latched messages, and now receive all others.
         self._active: tuple[Subscriber[Any], ...] = ()
         self._active_direct: tuple[Subscriber[Any], ...] = ()
         self._latched: dict[Source, Item] = {}  # latched messages that were delivered

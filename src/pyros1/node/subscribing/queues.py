@@ -91,7 +91,7 @@ class Inbox:
 
     @property
     def dropped(self) -> int:
-        """Number of messages lost so far, in this inbox or before it; may briefly be one too low, but never too high."""
+        """Number of messages lost so far, in this inbox or before it; may briefly be one too low, never too high."""
         # in this order: other threads add and take
         return self.lost + max(0, self._num_put - len(self) - self._num_taken)
 

@@ -116,7 +116,7 @@ class Subscriber(Generic[_M]):
             text = f"callback of {self.name}: sys.exit() ends a program only from its main thread; call node.shutdown()"
             self._subscription.context.log.exception(text, error=error)
         except Exception as error:
-            if not isinstance(error, KeyboardInterrupt):  # like rospy's exception for an interrupted wait
+            if not isinstance(error, KeyboardInterrupt):  # the base of rospy's exception for interrupted waits
                 text = f"bad callback: {self._deadline or self._callback!r} of {self.name}"
                 self._subscription.context.log.exception(text, error=error)
 

@@ -1,6 +1,6 @@
 """The receiving end of a link over UDP: a socket that is offered to a publisher, which then sends to it (T57-T62).
 
-No datagram signals that the publisher is gone: only the master does.
+No datagram tells that the publisher is gone; only the master reports it.
 """
 
 from __future__ import annotations
