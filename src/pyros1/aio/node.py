@@ -110,7 +110,7 @@ class Node:
     Args:
         name: see :class:`pyros1.Node`.
         handle_signals: whether SIGINT and SIGTERM shut the node down and end the body of ``async with``, which is
-            cancelled if it does not finish soon on its own. Only possible in the main thread.
+            cancelled if it does not finish on its own within half a second. Only possible in the main thread.
         options: all other keyword arguments of :class:`pyros1.Node` except ``callbacks``.
     """
 

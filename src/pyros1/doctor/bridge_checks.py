@@ -19,7 +19,7 @@ NO_RULE = "no rule takes it"
 OTHER_VERSION = "a packet of another version of pyros1"
 """Reason in a status for ignoring packets: the other site uses another protocol version."""
 INTENDED = ("subscribed", "no subscribers here", "site lost", "denied by a rule", NO_RULE)
-"""States of other sites' topics that are not a problem with the topic."""
+"""States of other sites' topics that do not indicate a problem with the topic."""
 DROPS: Mapping[str, str] = {
     "too old": "the network is too slow or too often interrupted: raise the topic's age if older messages are of use",
     "too large": "raise the topic's size, at both sites",

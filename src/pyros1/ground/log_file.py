@@ -15,8 +15,8 @@ RETRY_INTERVAL = 5.0
 class LogFile:
     """A log file, created together with its folder when the first line is written. Not thread-safe.
 
-    An error, such as a full disk, is reported once on stderr. Lines in the next few seconds are dropped; then writing
-    is tried again, and the file says how many lines are missing.
+    An error, such as a full disk, is reported once on stderr. Lines in the next RETRY_INTERVAL seconds are dropped;
+    then writing is tried again, and the file says how many lines are missing.
 
     Args:
         path: path of the file; if the path is empty, nothing is written. Older parts are called ``<path>.1``,

@@ -180,6 +180,6 @@ def _field_value(value: Any, slot_type: str, style: _Style) -> Any:
     if style.no_string and slot_type == "string[]":
         return f"<array type: string, length: {len(value)}>"
     if "uint8[" in slot_type and isinstance(value, (bytes, bytearray, str)):
-        # Printed as numbers.
+        # Bytes are printed as numbers.
         return [ord(character) for character in value] if isinstance(value, str) else memoryview(value)
     return value

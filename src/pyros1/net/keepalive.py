@@ -36,7 +36,7 @@ def set_nodelay_and_keepalive(sock: socket.socket) -> None:
     """Make a TCP socket send data without delay, and enable keep-alive probes; leave other sockets unchanged."""
     if sock.family in (socket.AF_INET, socket.AF_INET6):
         enable_keepalive(sock)
-        # Some systems report here that the peer is gone; the next read will report that as well.
+        # On some systems, this call reports that the peer is gone; the next read will report it, too.
         with contextlib.suppress(OSError):
             sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
 

@@ -1,7 +1,7 @@
 """Resolves host names without blocking a loop; other threads can wait with a timeout.
 
 The system's look-up blocks, for many seconds if a name server does not respond, so it runs in short-lived threads: at
-most ``MAX_THREADS`` per loop, and one per name. Results are cached for a while.
+most ``MAX_THREADS`` per loop, and one per name. Results are cached.
 """
 
 from __future__ import annotations

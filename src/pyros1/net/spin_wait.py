@@ -29,7 +29,7 @@ _MIN_IDLE = 0.5
 
 POLLING_PAUSED: Final = "polling paused"
 """Note at the end of a connection's description in ``getBusInfo``: the subscription has ``low_latency=True``, but the
-node does not poll for its messages now, see `PollGuard`.
+node is not polling for its messages at the moment, see `PollGuard`.
 """
 
 DONTWAIT: Final = getattr(socket, "MSG_DONTWAIT", 0)

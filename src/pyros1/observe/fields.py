@@ -18,7 +18,7 @@ _FIELD = r"[\w/]*(?:\[[-+\d:]*\][\w/]*)*"
 # No match if the part after the colon is a list of field names, as in /topic/x:y and /topic/x[0]:y[0].
 _TOPIC_WITH_EXPRESSION = re.compile(rf"\s*([\w/~]+)\s*:(?!{_FIELD}(?::{_FIELD})*\s*(?:,|\Z))\s*(.+?)\s*\Z", re.DOTALL)
 _FIELD_SEPARATOR = re.compile(r":(?![^\[\]]*\])")
-"""A colon between fields, as opposed to one in a slice."""
+"""Matches a colon between fields, but not a colon in a slice."""
 _TIME_PARTS = ("secs", "nsecs")
 
 

@@ -32,7 +32,7 @@ _MEMBER: Final = re.compile(
     <value>[ \t\n]*<(string|int|i4|double|boolean)>([^<&]*)</\2>[ \t\n]*</value>[ \t\n]*</member>""",
     re.VERBOSE,
 )
-"""A plain member; large structs consist mostly of these. `_TOKEN` would match it as well."""
+"""Matches a plain member; large structs consist mostly of plain members. `_TOKEN` would match them, too."""
 _HEAD: Final = r"(?:<\?xml[ ]version=['\"]1\.0['\"](?:[ ]encoding=['\"](?i:utf-8)['\"])?[ ]?\?>)?[ \t\n]*"
 _CALL_HEAD: Final = re.compile(_HEAD + r"<methodCall>[ \t\n]*<methodName>([^<&]*)</methodName>[ \t\n]*<params>")
 _CALL_END: Final = re.compile(r"[ \t\n]*</params>[ \t\n]*</methodCall>[ \t\n]*\Z")

@@ -6,8 +6,9 @@ A link is used only in the strand of its topic (``strand.py``), so it needs no l
 * *coalescing*: more than MIN_STREAK messages in a row were published less than MAX_STREAK_GAP seconds apart. They are
   collected in the queue and sent together: by the publishing thread after MAX_BATCH messages or BATCH_TIME seconds, or
   by the loop's timer if the publisher pauses. A single message is never delayed.
-* *blocked*: the socket is full. Messages are collected in the queue (the oldest are dropped as a whole). The loop sends
-  when the socket accepts more; so does a publisher in a tight loop, because it rarely lets the loop thread run.
+* *blocked*: the socket is full. Messages are collected in the queue (if there are too many, the oldest are dropped, but
+  never part of a message). The loop sends when the socket accepts more; so does a publisher in a tight loop, because it
+  rarely lets the loop thread run.
 * *closed*.
 
 The number of bytes sent is stored by ``(self._sent_bytes,) = map(send, (frame,))``: unlike with a plain call, no signal

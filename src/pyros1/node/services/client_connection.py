@@ -6,10 +6,10 @@ States::
       ^   complete request      │   not persistent
       └─────────────────────────┘   persistent
 
-* *waiting*: on the loop, for a complete request. A client that sends nothing, or one byte at a time, does not occupy a
-  thread. A request that has started must be transferred at a minimum rate, see `TransferDeadline`; a client that is not
-  persistent must start a request in time.
-* *answering*: in a worker's thread, until the response is sent. The worker also waits briefly for the first
+* *waiting*: the loop waits for a complete request. A client that sends nothing, or one byte at a time, does not occupy
+  a thread. A request that has started must be transferred at a minimum rate, see `TransferDeadline`; a client that is
+  not persistent must start a request in time.
+* *answering*: a worker's thread handles the request and sends the response. The worker also waits briefly for the first
   request, and for the next one of a persistent client, which is faster than waiting on the loop.
 """
 

@@ -37,10 +37,10 @@ class Missed(NamedTuple):
 
 
 class Deadline:
-    """Calls a function, once for each gap, when no message has arrived for a while.
+    """Calls a function, once for each gap, when no message has arrived for ``seconds`` seconds.
 
-    It takes the place of the callback: it records when each message arrives, and calls the actual callback. It uses the
-    node's time, so no message counts as missed while a simulation is paused.
+    A Deadline takes the place of the callback: it records when each message arrives, and calls the actual callback. It
+    uses the node's time, so no message counts as missed while a simulation is paused.
 
     Args:
         seconds: maximum time without a message, in seconds.
