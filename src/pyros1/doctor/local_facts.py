@@ -179,7 +179,7 @@ def _program_name(command_line: list[str]) -> str:
 
 def check_packages(environ: Mapping[str, str]) -> list[str]:
     """Return the problems in the ``package.xml`` files of all packages."""
-    # Only --all needs these. defusedxml has no stubs.
+    # Only `pyros1 wtf --all` needs these imports. defusedxml has no stubs.
     from defusedxml.ElementTree import ParseError, parse  # type: ignore[import-untyped]  # noqa: PLC0415
 
     from pyros1.finding.packages import PackageIndex  # noqa: PLC0415

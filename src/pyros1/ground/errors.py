@@ -135,7 +135,7 @@ class UnknownHostError(UnreachableError):
     """A host name cannot be resolved on this machine.
 
     Args:
-        host: the name.
+        host: the host name.
         reason: the system's error; None if the look-up returned no address.
     """
 
@@ -188,7 +188,7 @@ class ServiceError(Error):
     """A service call failed; the message says where and why.
 
     Args:
-        message: the message.
+        message: where and why the call failed.
         answer: the provider's response as received; None if there was no response.
     """
 

@@ -109,7 +109,7 @@ def read_journal(path: Path) -> JournalContents | None:
         JournalError: the file is not a journal, belongs to another user, or cannot be read.
     """
     try:
-        # O_NONBLOCK: opening a pipe would block.
+        # O_NONBLOCK is used because opening a pipe would block.
         descriptor = os.open(path, os.O_RDONLY | _NO_FOLLOW | getattr(os, "O_NONBLOCK", 0))
     except FileNotFoundError:
         return None

@@ -220,7 +220,7 @@ class Master:
 
     def _on_shutdown_request(self, reason: str) -> None:
         self._shutdown_reason = reason
-        # Later, so that the client receives its response first.
+        # Announced later, so that the client receives its response first.
         self._loop.call_later(_SHUTDOWN_DELAY_S, self._announce_shutdown, reason)
 
     def _announce_shutdown(self, reason: str) -> None:

@@ -24,7 +24,7 @@ _MAX_TYPES = 100
 """Maximum number of types in a leniently parsed text, since searching for one that is not installed takes over a
 millisecond.
 """
-# For lines without surrounding blanks: two parts that both match blanks would take quadratic time.
+# Used on lines without surrounding blanks: two parts that both match blanks would take quadratic time.
 _SEPARATOR_PATTERN = re.compile(r"[=-]{10,}\Z")
 _TITLE_PATTERN = re.compile(r"(?:MSG\s*:\s*)?(\w+/(?:msg/)?\w+)\Z", re.IGNORECASE)
 _BLANKS_PATTERN = re.compile(r"[\t\v\f\xa0\ufeff]")

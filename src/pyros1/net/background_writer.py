@@ -145,7 +145,7 @@ class BackgroundWriter:
                 self._new_items.wait_for(
                     lambda: self._items or self._flush_events or self._closing.is_set(), IDLE_TIMEOUT
                 )
-            # Taken before the items: then all items that precede these flushes are among the items taken below.
+            # Taken before the items, so that all items that precede these flushes are among the items taken below.
             flush_events = [self._flush_events.popleft() for _ in range(len(self._flush_events))]
             items = self._take_items()
             if items:

@@ -354,7 +354,7 @@ class Loop:
                     self.report(error)
         if timers and timers[0][0] <= monotonic():
             self._run_timers()
-        # Only the calls queued so far: a call that queues itself must not starve the sockets.
+        # Make only the calls queued so far: a call that queues itself must not starve the sockets.
         for _ in range(len(self._calls)):
             function, args = self._calls.popleft()
             try:

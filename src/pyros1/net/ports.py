@@ -71,7 +71,7 @@ def listening_socket(bind: str, port: int = 0, ports: PortRange | None = None) -
         try:
             if os.name == "posix":  # elsewhere, the option would allow two programs to use the same port
                 sock.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-            if bind == "::":  # accept IPv4 as well, like stock
+            if bind == "::":  # accept IPv4, too, as in stock ROS
                 sock.setsockopt(socket.IPPROTO_IPV6, socket.IPV6_V6ONLY, 0)
             sock.bind((bind, candidate))
             sock.listen(BACKLOG)

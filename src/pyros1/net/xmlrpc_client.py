@@ -186,7 +186,7 @@ class XmlRpcClient:
         if self._closed:
             raise OSError("closed")
         try:
-            # A deadline that has already passed is reported in the same way.
+            # If the deadline has already passed, waiting for 0 seconds raises the same error.
             addresses = self._lookup.wait(max(transfer_deadline.remaining(), 0.0))
         except TimeoutError as error:
             raise UnknownHostError(self._host, error) from error

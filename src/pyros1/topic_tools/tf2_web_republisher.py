@@ -172,7 +172,7 @@ class Republisher:
                 self._remove_page()
                 return
             if moved := moved_frames.find_moved():
-                # A new dictionary, since another thread reads the old one.
+                # Replaced with a new dictionary, since another thread reads the old one.
                 latest_transforms = latest_transforms | {transform.child_frame_id: transform for transform in moved}
                 publisher.publish(TFArray(moved))
 

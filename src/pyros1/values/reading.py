@@ -129,7 +129,7 @@ def load_all_yaml(text: str, where: str | None = None) -> list[Any]:
     except RecursionError as error:
         raise YamlError("nested too deeply", where) from error
     except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
-        # Some malformed texts make the library itself fail instead of reporting an error.
+        # Some malformed input makes the library itself fail instead of reporting an error.
         raise YamlError(f"malformed YAML ({error})", where) from error
 
 
@@ -140,7 +140,7 @@ def _format_reason(error: Exception) -> str:
 
 
 def _parse_degrees(text: str) -> float:
-    # Not math.radians, which differs from stock in the last digit.
+    # The result of math.radians would differ from stock's in the last digit.
     return float(_strip_call(text, "deg(")) * math.pi / 180.0
 
 

@@ -321,7 +321,7 @@ class Reader:
     def read(self, body: bytes) -> None:
         try:
             self.parser.feed(body)
-            # Not parser.close(), which would ask the missing tree builder for its tree.
+            # Called instead of parser.close(), which would ask the missing tree builder for its tree.
             self.parser.parser.Parse(b"", True)
         except ProtocolError:
             raise

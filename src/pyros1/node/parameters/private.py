@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from pyros1.ground.names import Arguments
     from pyros1.net.master_client import MasterClient
 
-# Not compiled here, since most nodes do not need them.
+# These patterns are compiled when needed, since most nodes do not need them.
 _INT_PATTERN = r"[-+]?(0|[1-9][0-9]*)\Z"
 _FLOAT_PATTERN = r"[-+]?[0-9]+\.[0-9]*\Z"
 _WORD_PATTERN = r"(?a)[A-Za-z/_][\w/.-]*\Z"

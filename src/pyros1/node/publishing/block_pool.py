@@ -146,7 +146,7 @@ class BlockPool:
         return smallest or self._allocate(size)
 
     def _allocate(self, size: int) -> Block | None:
-        # so that messages of slightly different sizes fit into the block
+        # The size is rounded up, so that messages of slightly different sizes fit into the block.
         size_step = 1 << max(16, size.bit_length() - 3)
         size = -(-size // size_step) * size_step
         if len(self.blocks) >= MAX_BLOCKS or size + sum(b.size for b in self.blocks.values()) > MAX_BYTES:

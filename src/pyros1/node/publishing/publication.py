@@ -58,7 +58,7 @@ class Publication(PublisherLinks):
         self.publish: Callable[[Any], None] = self._publish
         """Send a message to all links; see Publisher.publish."""
 
-    # Takes the strand itself instead of calling `Strand.do`, which saves a call for every message.
+    # `_publish` takes the strand itself instead of calling `Strand.do`, which saves a call for every message.
 
     def _publish(self, message: Any) -> None:  # noqa: PLR0912 - a call costs as much time as ten lines
         if not (self.links or self.latch):

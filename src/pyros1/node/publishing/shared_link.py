@@ -139,7 +139,7 @@ class SharedLink(TcpLink):
         self._watches_control_socket = False
         self._has_waiting_references = False  # whether references wait until the subscriber releases others
         self._reference_in_progress: tuple[int, int] | None = (
-            None  # the reference being sent, and `bytes_sent` before that
+            None  # number of the reference being sent, and `bytes_sent` before it
         )
 
     def start(self) -> None:

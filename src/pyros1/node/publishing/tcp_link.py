@@ -321,12 +321,12 @@ class TcpLink:
             if perf_counter() > deadline:
                 self.close()
                 return
-            # In the strand, where another thread may be sending a frame.
+            # The strand does this, since another thread may be sending a frame in it.
             self._strand.do(self._close_if_sent)
             if self._closed:
                 return
             self._wait_and_send()
-        # This is a signal handler that has interrupted a function that is sending. That function continues afterwards.
+        # The caller is a signal handler that has interrupted the strand's worker, which will continue afterwards.
         self._strand.do(self._flush_if_open)
         self._strand.do(self._fail)
 

@@ -64,7 +64,7 @@ class Connector:
         self._offered_source: UdpSource | None = None  # offered to the publisher, or linked
         self._unsent_header = b""  # the part of our header that has not been sent
         self._control_socket: socket.socket | None = (
-            None  # received with the publisher's header; see `pyros1.wire.local`
+            None  # the socket that came with the publisher's header; see `pyros1.wire.local`
         )
 
     @property
@@ -290,7 +290,7 @@ class Connector:
             self._close_control_socket()
             try:
                 self._control_socket = socket.socket(fileno=descriptor)
-                # like sockets created by Python; received descriptors are inheritable
+                # Received descriptors are inheritable, unlike sockets created by Python.
                 self._control_socket.set_inheritable(False)
             except OSError:
                 os.close(descriptor)  # the descriptor is not a socket

@@ -79,7 +79,7 @@ class DeliveryLoop:
         self._dispatcher = dispatcher
         self._spin_queues = spin_queues
         self._receiver: Dispatcher | SpinQueues = spin_queues or dispatcher
-        # Lists, since they are short, and each deque would take 760 bytes of memory per subscription.
+        # Lists, not deques: they are short, and each deque would take 760 bytes of memory per subscription.
         self._new_links: list[TcpSource] = []
         self._readable: list[int] = []
         self._jobs: list[Callable[[], None]] = []
@@ -161,7 +161,7 @@ class DeliveryLoop:
         """Deliver a message in the publisher's thread, which calls this; return False if another thread must do so."""
         is_acquired = False
         try:
-            # No signal handler can run between `acquire` and the assignment.
+            # `map` prevents that a signal handler runs between `acquire` and the assignment.
             (is_acquired,) = map(self._owner_lock.acquire, _NONBLOCKING)
             if not is_acquired or self._closed or not self.in_publisher:
                 return False
@@ -192,7 +192,7 @@ class DeliveryLoop:
         self._owner_thread_id = threading.get_ident()
         try:
             for _ in range(len(self._ready_inboxes)):
-                # If this is False, a callback has been added, which must not run on this thread.
+                # If the driver is no longer cooperative, a callback was added, which must not run on this thread.
                 if self.driver.cooperative and not self._dispatcher.is_held_back:
                     self._deliver_from_inbox(self._ready_inboxes.pop(0))
         finally:
@@ -443,7 +443,7 @@ class DeliveryLoop:
         self._ready_inboxes.append(inbox)
 
     def _mark_empty(self, inbox: Inbox) -> None:
-        # read first: the source may be adding its last messages and ending right now
+        # read before the inbox: the source may be adding its last messages and ending right now
         has_ended = not inbox.source.connected
         if self.inboxes.mark_empty(inbox) and has_ended:
             self.forget(inbox.source)

@@ -92,7 +92,7 @@ class Inbox:
     @property
     def dropped(self) -> int:
         """Number of messages lost so far, in this inbox or before it; may briefly be one too low, never too high."""
-        # in this order: other threads add and take
+        # Read in this order, since other threads add and take messages.
         return self.lost + max(0, self._num_put - len(self) - self._num_taken)
 
     def is_full(self, limit: int) -> bool:

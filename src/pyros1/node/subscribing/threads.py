@@ -132,7 +132,7 @@ class DeliveryThreads:
             self._num_waiting += 1
             self._threads.add(thread)
         try:
-            # without holding the lock: a signal handler may stop the threads, which need the lock to exit
+            # Started without holding the lock: a signal handler may stop the threads, which need the lock to exit.
             thread.start()
         except RuntimeError as error:  # the system allows no more threads; a busy one will wait when it is done
             with self._lock:

@@ -125,7 +125,7 @@ class Watches:
         watch.poll()
 
     def _schedule_poll(self, period: float) -> None:
-        # At fixed times, so that polling does not drift. The times differ between nodes, so that not all poll at once.
+        # Poll at fixed times, which avoids drift. The times differ between nodes, so that not all of them poll at once.
         self._context.loop.call_later(period - (monotonic() + self._phase) % period, self._poll, period)
 
     def _poll(self, period: float) -> None:
