@@ -6,8 +6,8 @@ have been carried out or queued in order. These are the threads:
 - the node's threads pass messages to the state machine, and its packets to the sender;
 - the link's threads, or the packet worker's thread if packets are waiting, handle packets and publish their messages;
   the packet worker also ticks (`pyros1.bridge.packet_worker`);
-- the master thread queries the master, subscribes and advertises, all of which may wait for the master;
-- the sender has two threads, which may wait for the network (`pyros1.bridge.transport.sender`);
+- the master thread queries the master, subscribes and advertises, all of which may block;
+- the sender has two threads, which may block on the network (`pyros1.bridge.transport.sender`);
 - two threads convert messages, if rules say so (`pyros1.bridge.conversion_pool`).
 
 So neither a slow master nor a slow network stops the node's loop, its callbacks, or the link's own threads.
@@ -81,7 +81,9 @@ _QUEUE_SIZE = 1000
 _JOIN_TIME = 3.0
 _LOG_RATE = 0.5
 _LOG_BURST = 50
-"""Log messages about other sites per second, and in one burst, that are logged even if they repeat earlier ones."""
+"""Maximum number of messages about other sites, per second and in one burst, that are logged even if they are
+repetitions.
+"""
 MakeLink = Callable[[Receive], Link]
 
 
@@ -191,7 +193,7 @@ class Bridge:
                     self._deferred.put(action)
 
     def _log(self, log: Log) -> None:
-        """Log a text, rate limited like other messages about peers."""
+        """Log a message. Once too many have been logged, repetitions are limited as for other messages about peers."""
         if not self._log_bucket.take(steady_now()):
             self._node.log.peer_event(WARN if log.is_warning else INFO, "%s", one_line(log.text))
         elif log.is_warning:
@@ -397,7 +399,7 @@ class Bridge:
         self._sender.close()
         self._link.close()
         self._stand_ins.close()
-        if self._node.ok():  # otherwise it unregisters everything at once
+        if self._node.ok():  # a node that is shutting down unregisters everything itself
             for subscriber in self._subscribers.values():
                 subscriber.unregister()
             self._watch.close()

@@ -258,6 +258,6 @@ class ServiceEnds:
         for client in [*self._clients]:
             client.close()
         self._workers.close(_CLOSE_TIME)
-        if self._node.ok():  # otherwise it unregisters everything at once
+        if self._node.ok():  # a node that is shutting down unregisters everything itself
             for _, server in self._provided.values():
                 server.shutdown()

@@ -23,8 +23,8 @@ from pyros1.bridge.transport.sender import Sender
 from pyros1.ground.terminal_text import one_line
 
 LISTED_BYTES = 3 << 20
-"""Approximate maximum size of the listed topics of other sites, and of their services: readers accept only some
-megabytes.
+"""Approximate maximum size in bytes of the list of other sites' topics, and of the list of their services: readers
+accept only a few megabytes.
 """
 _NAMED = 3
 """Maximum number of a site's refused topics or services to name for each reason."""
@@ -128,8 +128,8 @@ def status_json(
 def listed(
     entries: Iterable[_Entry], site_of: Callable[[_Entry], str], size_of: Callable[[_Entry], int]
 ) -> tuple[list[_Entry], dict[str, int]]:
-    """Return the entries of other sites to list, and how many more each site has. If all exceed `LISTED_BYTES`, the
-    sites with the most are cut, so that no site hides others.
+    """Return the entries of other sites to list, and how many more each site has. If all together exceed
+    `LISTED_BYTES`, the lists of the sites with the most bytes are cut, so that no site hides others.
 
     Args:
         entries: all entries.
@@ -179,7 +179,7 @@ def flow_counts(site: Site) -> dict[Hashable, Count]:
 
 
 def rate_cells(rate: Rate | None) -> dict[str, float | None]:
-    """Return the rate for a topic's entry."""
+    """Return the fields of a topic's entry that contain its rate."""
     return {
         "messages_per_second": None if rate is None else round(rate.messages, 2),
         "bytes_per_second": None if rate is None else round(rate.bytes, 1),

@@ -34,7 +34,8 @@ MIN_PERIOD = 0.2
 FORGET_DELAY = 60.0
 """Seconds after which a lost site is forgotten."""
 HEARD_DELAY = 10.0
-"""The same for a site that was never present: made-up names must not displace other sites for long."""
+"""Seconds after which a site that was never present is forgotten: made-up names must not displace other sites for long.
+"""
 _ANSWER_PERIOD = 0.1
 """Minimum seconds between heartbeats in response to packets of a site that is not present yet, so that a flood of such
 packets does not cause a flood of heartbeats."""
@@ -142,7 +143,7 @@ class Peer:
             int, tuple[int, float]
         ] = {}  # epoch -> number and arrival of the last heartbeat of that run
         self._former_epoch = 0  # the run before this one
-        self._runs: deque[int] = deque(maxlen=_KEPT_RUNS)  # the epochs of all so far
+        self._runs: deque[int] = deque(maxlen=_KEPT_RUNS)  # the epochs of all runs so far
         self._former_candidate = self._turns = 0
         self._started_at = now
         self._has_namesake = self._is_namesake_reported = False
@@ -219,7 +220,7 @@ class Peer:
             self.epoch = epoch
             self.clock = ClockOffset()
             self._answered_at = float("-inf")
-            self.answer_due = True  # it may wait for an answer of ours, too
+            self.answer_due = True  # the other site may be waiting for our answer, too
         self._candidate = None
         sent_at = self._sent[heartbeat.echo]
         self._answered_at = max(self._answered_at, sent_at)
@@ -235,7 +236,7 @@ class Peer:
         return change
 
     def pop_namesake(self) -> bool:
-        """Return True once if two bridges use this name."""
+        """Return whether two bridges have begun to use this name since the last call."""
         is_new = self._has_namesake and not self._is_namesake_reported
         self._is_namesake_reported = self._has_namesake
         return is_new

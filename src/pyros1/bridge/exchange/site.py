@@ -1,4 +1,4 @@
-"""A site: tracks other sites, and exchanges topics with them. Values in, actions out; no I/O.
+"""The state machine of a site: tracks other sites, and exchanges topics with them. Values in, actions out; no I/O.
 
 Its runner calls `on_packet` for each packet, `on_message` for each message of a topic it has subscribed to,
 `set_topics` and `set_subscribed` when the graph of the site's master has changed, and `tick` several times per second.
@@ -61,13 +61,14 @@ from pyros1.bridge.protocol.packets import (
 from pyros1.bridge.rules.rules import Priority, Rules
 
 _HELLO_PERIOD = 1.0
-"""Seconds between the packets by which sites find each other."""
+"""Seconds between hello packets, by which sites find each other."""
 MAX_SITES = 256
 """Maximum number of other sites; packets from further ones are ignored."""
 
 
 class Site:
-    """A site.
+    """The state machine of a site.
+
 
     Args:
         rules: its rules, which contain its name.
@@ -132,7 +133,7 @@ class Site:
         return actions + self._announcements.heartbeats(now)
 
     def set_responding(self, nodes: Iterable[str], now: float) -> list[Action]:
-        """Record which nodes respond, of those that publish topics other sites want."""
+        """Record which of the nodes whose topics other sites want respond."""
         self._topic_sender.set_responding(nodes)
         return self._announcements.heartbeats(now)
 
@@ -161,7 +162,7 @@ class Site:
 
     @property
     def topic_sender(self) -> TopicSender:
-        """The topics that the site sends; decides which messages to convert, and counts those not converted."""
+        """The sender of the site's topics: it decides which messages to convert, and counts those not converted."""
         return self._topic_sender
 
     # Services ---------------------------------------------------------------------------------------------------------

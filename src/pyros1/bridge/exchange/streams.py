@@ -29,7 +29,7 @@ _BUFFER_MESSAGES = 2_000
 _BUFFER_BYTES = 8 << 20
 """Maximum number and total size in bytes of the messages held back until missed ones arrive."""
 SITE_BUFFER_BYTES = 64 << 20
-"""The maximum size for all topics of a site together."""
+"""Maximum total size in bytes of the messages of all topics of a site that are held back."""
 MESSAGE_COST = 500
 """Approximate bytes that a held-back message takes besides its body, which may be empty."""
 _FIRST_WAIT = 2.0
@@ -84,14 +84,14 @@ class Stream(Protocol):
 
 
 class BufferedBytes:
-    """How many bytes a site's streams hold back."""
+    """The number of bytes that a site's streams hold back."""
 
     def __init__(self) -> None:
         self.total = 0
 
 
 class _Questions:
-    """When to ask for missed messages.
+    """Decides when to ask for missed messages.
 
     Args:
         asked_at: when they were last asked for; None if never.
@@ -110,7 +110,7 @@ class _Questions:
         return True
 
     def on_progress(self) -> None:
-        """Ask again soon, since answers arrive."""
+        """Make the next request due soon, since requested messages are arriving."""
         self._period = min(self._period, _FIRST_RETRY)
 
 
@@ -126,7 +126,7 @@ class _CountingStream:
 
 
 class NewestStream(_CountingStream):
-    """Delivers messages that are newer than all before.
+    """Delivers each message that is newer than all earlier ones.
 
     Args:
         floor: messages up to this number are not delivered.
@@ -149,7 +149,7 @@ class NewestStream(_CountingStream):
         """Do nothing: missed messages are not requested."""
 
     def missed(self, now: float) -> tuple[int, int] | None:
-        """Return None."""
+        """Return None: missed messages are not requested."""
         return None
 
     def tick(self, now: float) -> list[Delivery]:
@@ -306,7 +306,7 @@ class LatchedStream(_CountingStream):
         for publisher in self._present:
             self._newest[publisher] -= 1
         self._present.clear()
-        self._synced, self._questions = -1, _Questions(now)  # the request gets the held messages
+        self._synced, self._questions = -1, _Questions(now)  # the sender answers with all messages that it holds
 
     def accept(self, head: MessageHead, body: bytes, now: float) -> list[Delivery]:
         """See `Stream`."""

@@ -1,7 +1,7 @@
 """The topics that a site receives from others, and the messages that are published here. No I/O.
 
-An offered topic that a rule accepts is advertised here as soon as its definition is known, so that programs see it. It
-is requested from the other site only while somebody here subscribes to it.
+An offered topic that a rule accepts is advertised on this site's master as soon as its definition is known, so that
+programs see it. It is requested from the other site only while a local node subscribes to it.
 
 While its site is lost, a topic is not advertised unless another site sends it too: subscribers lose their connections,
 and so notice that no publisher is left. Requested topics are *paused* meanwhile: if somebody subscribes again soon
@@ -43,15 +43,16 @@ from pyros1.bridge.rules.namespaces import LocalNamespaces
 from pyros1.bridge.rules.rules import Rules, Settings, is_command
 
 MAX_TOPICS = 2_000
-"""Maximum number of topics of a site that are published here: each of them is registered with the master."""
+"""Maximum number of another site's topics that are published on this site's master, where each must be registered."""
 _MAX_ASKED = 100
 """Maximum number of definitions to ask for at a time."""
 _PAUSE = 10.0
-"""Seconds after a site's return in which subscribers can come back: nodes need some time to reconnect."""
+"""Seconds that subscribers have to come back after a lost site has returned: nodes need some time to reconnect."""
 UPDATE_RATE = 20_000.0
 UPDATE_BURST = 60_000
-"""Maximum rate (Hz) and burst of topic updates caused by other sites' lists and definitions. An update covers all
-topics of all sites, and takes about 20 us per topic; changes that arrive in between are handled together.
+"""Maximum number of topics updated because of other sites' lists and definitions, per second and in one burst. An
+update covers all topics of all sites, and takes about 20 us per topic; changes that arrive between two updates are
+handled together.
 """
 
 
@@ -78,12 +79,12 @@ class TopicReceiver:
         self._definitions = Definitions()
         self._outputs = Outputs()
         self._subscribed: frozenset[str] = frozenset()
-        self._separate: set[str] = set()  # sites that send this one its own packets
+        self._separate: set[str] = set()  # sites that send all messages to this one in separate packets
         self._incoming: dict[Feed, IncomingTopic] = {}
         self._refused: dict[Feed, tuple[str, str]] = {}  # -> type and reason
         self._unusable: dict[Feed, str] = {}
         self._lacks_definitions = False
-        self._is_outdated = False  # since definitions have arrived
+        self._is_outdated = False  # whether definitions have arrived since the last update
         self._updates = TokenBucket(UPDATE_RATE, UPDATE_BURST)
         self.streams: dict[Feed, tuple[bool, bool, Stream]] = {}
         self.buffered: dict[str, BufferedBytes] = {}

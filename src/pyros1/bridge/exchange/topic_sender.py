@@ -313,12 +313,12 @@ class TopicSender:
         }
 
     def set_responding(self, nodes: Iterable[str]) -> None:
-        """Record which nodes respond, of those that publish topics other sites want."""
+        """Record which of the nodes whose topics other sites want respond."""
         self._responding = frozenset(nodes)
         self._nodes.clear()
 
     def nodes(self, peer: str) -> list[str]:
-        """Return the responding nodes that publish topics another site wants."""
+        """Return the responding nodes whose topics another site wants."""
         if peer not in self._nodes:
             wanted = (sent.local.publishers for sent in self._sent.values() if peer in sent.topic.requests)
             self._nodes[peer] = sorted(self._responding.intersection(chain.from_iterable(wanted)))[:MAX_NODES]

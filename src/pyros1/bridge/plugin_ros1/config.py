@@ -1,4 +1,4 @@
-"""The configuration of a bridge with this dialect, from the command line and a YAML file. No I/O."""
+"""The configuration of a bridge in the dialect of zenoh-plugin-ros1, from command line and YAML file. No I/O."""
 
 from __future__ import annotations
 
@@ -25,7 +25,8 @@ _SERVICE_KEYS = ("service", "here")
 
 @dataclass(frozen=True)
 class PluginConfig:
-    """The configuration of a bridge with this dialect.
+    """The configuration of a bridge in the dialect of zenoh-plugin-ros1.
+
 
     Attributes:
         rules: what it exchanges.

@@ -1,4 +1,4 @@
-"""Explains the rules of a bridge with this dialect, for ``pyros1 bridge --check``."""
+"""Explains the rules of a bridge in the dialect of zenoh-plugin-ros1, for ``pyros1 bridge --check``."""
 
 from __future__ import annotations
 

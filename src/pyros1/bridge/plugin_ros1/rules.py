@@ -1,4 +1,4 @@
-"""Decides which topics and services a bridge with this dialect exchanges, and their local names. No I/O.
+"""Decides which topics and services a zenoh-plugin-ros1 bridge exchanges, and their local names. No I/O.
 
 The patterns are those of `pyros1.bridge.rules`, with namespaces in place of sites. A pattern without a namespace stands
 for this bridge's own. Bridges without a namespace exchange with all, as the plugin's do; for them, such a pattern

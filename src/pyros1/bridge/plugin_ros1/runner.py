@@ -1,11 +1,11 @@
-"""A running bridge with this dialect: a node, a zenoh session, and the state between them.
+"""A running bridge in the dialect of zenoh-plugin-ros1: a node, a zenoh session, and the state between them.
 
 A lock guards the state; no thread blocks while it holds it. These are the threads:
 
 - the node's threads pass messages to the state, and its packets to the sender;
 - the worker handles beacons, publishes messages from elsewhere, and sends beacons;
 - the master thread queries the master and carries out the plan, which may block;
-- the sender has two threads, which may wait for the network; service calls have their own threads.
+- the sender has two threads, which may block on the network; service calls have their own threads.
 """
 
 from __future__ import annotations
@@ -246,7 +246,7 @@ class PluginBridge:
                     problems[local] = one_line(error)
 
     def _definition(self, taken: TakenResource) -> str:
-        """Return the definition of an installed type, otherwise ``*`` as the plugin does, since it sends none."""
+        """Return the type's definition if it is installed, otherwise ``*``, as the plugin does, which sends none."""
         try:
             message_class = self._definitions.get(taken.type, taken.md5sum, "")
         except MessageError:
@@ -295,7 +295,7 @@ class PluginBridge:
         self._sender.close()
         self._session.close()
         self._services.close()
-        if self._node.ok():  # otherwise it unregisters everything at once
+        if self._node.ok():  # a node that is shutting down unregisters everything itself
             for subscriber in self._subscribers.values():
                 subscriber.unregister()
             self._bridge_publishers.close()

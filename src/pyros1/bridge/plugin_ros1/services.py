@@ -1,5 +1,5 @@
-"""Both ends of service calls in a bridge with this dialect: other bridges' services provided on this master, and this
-master's services that others call. Requests and responses stay encoded.
+"""Both ends of service calls in a bridge in the dialect of zenoh-plugin-ros1: other bridges' services provided on this
+master, and this master's services that others call. Requests and responses stay encoded.
 """
 
 from __future__ import annotations

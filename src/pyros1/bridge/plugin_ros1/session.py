@@ -1,4 +1,4 @@
-"""The zenoh session of a bridge with this dialect.
+"""The zenoh session of a bridge in the dialect of zenoh-plugin-ros1.
 
 zenoh's callbacks run on its own threads, so they must return at once.
 """
@@ -194,7 +194,7 @@ class PluginSession(ZenohSession):
                 self.zenoh.handlers.Callback(replies.put, partial(replies.put, None)),
                 payload=request,
                 timeout=CALL_TIME,
-                congestion_control=self.zenoh.CongestionControl.DROP,  # of the response, too
+                congestion_control=self.zenoh.CongestionControl.DROP,  # also applies to the response
                 consolidation=self.zenoh.ConsolidationMode.NONE,  # the first reply counts, as for the plugin
                 allowed_destination=self.zenoh.Locality.REMOTE,
             )

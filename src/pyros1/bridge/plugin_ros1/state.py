@@ -1,4 +1,4 @@
-"""The state of a bridge with this dialect: values in, packets and messages out. No I/O; the time is passed in."""
+"""The state of a bridge in the dialect of zenoh-plugin-ros1: values in, packets and messages out. No I/O, no clock."""
 
 from __future__ import annotations
 

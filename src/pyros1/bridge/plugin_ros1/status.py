@@ -1,4 +1,4 @@
-"""The status of a bridge with this dialect, as JSON in the format of `pyros1.bridge.status`: namespaces are sites."""
+"""The status of a zenoh-plugin-ros1 bridge, as JSON in the format of `pyros1.bridge.status`: namespaces are sites."""
 
 from __future__ import annotations
 

@@ -40,7 +40,7 @@ MAX_PAGES = 32
 MAX_NODES = 100
 """Maximum number of nodes in a heartbeat."""
 MAX_NUMBERS = 1000
-"""Maximum number of items in other lists."""
+"""Maximum number of items in lists that are not divided into pages."""
 
 MAX_PUBLISHERS = 8
 """Maximum number of publishers of a topic whose names are sent."""
@@ -76,7 +76,7 @@ class Flag:
     """Bits of `MessageHead.flags`."""
 
     LATCHED = 1
-    """Its publisher latches the message."""
+    """The publisher latches the message."""
     LEFT = 2
     """There is no message: the publisher, which had latched one, is gone."""
 
@@ -93,7 +93,7 @@ class MessageHead(NamedTuple):
     """The head of a message.
 
     Attributes:
-        epoch, to_epoch: see above.
+        epoch, to_epoch: the epochs of the sender and the receiver; see the module's description.
         number: position of the message in its topic, from 1 without gaps.
         publisher: the original publisher's number in this topic.
         received_at: when the sending site received the message, in seconds of its clock.
@@ -111,7 +111,7 @@ class MessageHead(NamedTuple):
 
 
 class Heartbeat(NamedTuple):
-    """Tells another site that this one is alive, and which of its lists this one has.
+    """A packet that tells another site that this one is alive, and which of the other site's lists it has.
 
     Attributes:
         number: its number; increases with each heartbeat.
@@ -122,7 +122,7 @@ class Heartbeat(NamedTuple):
         offer_seen, request_seen: the versions of the peer's lists that the sender has; -1 for none.
         tails: the number of the last message of each lossless topic that the peer wants.
         services, services_seen: the same as `offer` and `offer_seen` for the lists of services.
-        period: the seconds between heartbeats that the sender wants.
+        period: the number of seconds that the sender wants between heartbeats.
         nodes: the names of responding nodes that publish topics the peer wants.
         is_separate: whether the peer gets all messages in its own packets, and need not listen to those for all sites.
     """
@@ -187,7 +187,8 @@ class Definition(NamedTuple):
 
 
 class ResendRequest(NamedTuple):
-    """Asks to resend a topic's messages with the numbers `first` to `last`, or all held messages of a latched topic."""
+    """A request for a topic's messages with the numbers `first` to `last`, or for all held messages of a latched topic.
+    """
 
     topic: SharedName
     first: int
@@ -195,7 +196,7 @@ class ResendRequest(NamedTuple):
 
 
 class LatchedList(NamedTuple):
-    """Lists the latched messages as of message `number`: the number of each publisher's message."""
+    """The latched messages of a topic as of message `number`: the number of each publisher's latched message."""
 
     topic: SharedName
     number: int
@@ -203,7 +204,7 @@ class LatchedList(NamedTuple):
 
 
 class ResendRefusal(NamedTuple):
-    """Says that messages before `first` can no longer be resent."""
+    """A notice that messages before `first` can no longer be resent."""
 
     topic: SharedName
     first: int

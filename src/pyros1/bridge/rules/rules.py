@@ -1,7 +1,7 @@
 """The rules of a site: what it sends and receives, with names, rates, sizes, priorities and maximum ages.
 
-Nothing is sent or received without a rule that allows it. A denying rule overrides all allowing ones; among these, the
-first match sets the settings. Settings that a rule leaves open depend on the message type.
+Nothing is sent or received without a rule that allows it. A denying rule overrides all allowing ones; among the
+allowing ones, the first match sets the settings. Settings that a rule leaves open depend on the message type.
 """
 
 from __future__ import annotations
@@ -22,11 +22,11 @@ NEWEST_AGE = 2.0
 RELIABLE_AGE = 30.0
 """Maximum age of a message in seconds where every message counts."""
 LOSS_DELAY = 5.0
-"""Seconds without a response after which another site, or a local node whose topics it wants, is lost."""
+"""Seconds without a response after which another site, or a local node whose topics it wants, counts as lost."""
 
 
 class Priority(IntEnum):
-    """The order of messages if the network is slow; lower numbers go first."""
+    """The priority of messages if the network is slow: those with lower numbers are sent first."""
 
     URGENT = 0
     HIGH = 1
@@ -42,7 +42,7 @@ class Settings(NamedTuple):
         local: the topic's name on this site's master.
         rate: maximum messages per second of each publisher; None for no limit.
         max_size: maximum size of a message in bytes.
-        priority: which messages overtake others.
+        priority: the priority of its messages.
         reliable: whether all messages are delivered in order, as long as they are not too old; otherwise a newer
             message replaces a waiting one.
         age: maximum age of a message in seconds when it is delivered.
@@ -265,7 +265,7 @@ class Rules:
                 yield SharedName(owner, name)
 
     def receivers(self, outgoing: RuleMatch, others: Iterable[str]) -> list[str]:
-        """Return the sites to which a topic may be sent: another site's topic is sent only to that site."""
+        """Return the sites to which a topic may be sent; a topic that another site owns is sent only to that site."""
         own = outgoing.shared.site == self.site
         return [
             site

@@ -41,7 +41,7 @@ CA_CERTIFICATE, SITE_CERTIFICATE, SITE_KEY = "ca.crt", "site.crt", "site.key"
 _CA_KEY = "ca.key"
 _MAX_DAYS = 36500
 _CLOCK_ERROR = timedelta(days=1)
-"""How far a site's clock may be behind."""
+"""Maximum time by which a site's clock may be behind."""
 _MAX_FILE_SIZE = 1 << 20
 
 
@@ -67,7 +67,7 @@ class SiteKeys(NamedTuple):
     expires: datetime
 
     def days_left(self, now: datetime | None = None) -> int:
-        """Return the number of whole days until a certificate expires."""
+        """Return the number of whole days until the first of the certificates expires."""
         return (self.expires - (now or _now())).days
 
 
@@ -343,7 +343,7 @@ def _write_folder(folder: Path, contents: Mapping[str, bytes]) -> None:
 
 def _invalid_key_errors() -> tuple[type[Exception], ...]:
     errors = _import("exceptions")
-    return (ValueError, TypeError, errors.InvalidSignature, errors.UnsupportedAlgorithm)  # TypeError: a passphrase
+    return (ValueError, TypeError, errors.InvalidSignature, errors.UnsupportedAlgorithm)  # TypeError: for a passphrase
 
 
 def _now() -> datetime:

@@ -7,10 +7,10 @@ gossip are off.
 
 zenoh's callbacks run on its own threads, so they must return at once.
 
-No packet may wait for a site that has stopped reading: neither here, nor in a router on the way, where it would hold up
-all packets from the same site. So packets are dropped when a connection's queue is full, and sites resend those that
-must not be lost. zenoh's alternative, to wait and then to close the connection, has another flaw: if two threads wait,
-the second one closes the new connection, and the site is cut off for good (1.10.2).
+Packets must never wait for a site that has stopped reading, neither here nor in a router on the way, where they would
+hold up all packets from the same site. So they are dropped when a connection's queue is full, and sites resend those
+that must not be lost. zenoh's alternative, to wait and then to close the connection, has another flaw: if two threads
+wait, the second one closes the new connection, and the site is cut off for good (seen with zenoh 1.10.2).
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ into as few batches as possible, so this is enough for long lists, and for packe
 """
 _QUEUED_PRIORITIES = ("real_time", "interactive_high", "data", "data_low", "background")
 _FRAGMENTS_TIME = 2_000_000
-"""Microseconds that the rest of a large packet may wait for the network, before the packet is dropped."""
+"""Maximum microseconds that the rest of a large packet waits for the network before the packet is dropped."""
 _SEND_BUFFER = 256 << 10
 """Bytes that the operating system queues for a connection. By default, it queues megabytes: half a minute on a slow
 network, in which commands cannot overtake images, nor new images replace old ones. This is enough for 20 Mbit/s at 100
@@ -68,7 +68,7 @@ def check_installed() -> None:
 
 
 class ZenohSession:
-    """A zenoh session that opens as soon as the other side can be reached. A base class.
+    """Base class of zenoh sessions; a session opens as soon as the other side can be reached.
 
     Args:
         name: the bridge's name, for threads.
@@ -128,7 +128,7 @@ class ZenohSession:
         """Make declarations in the new session. Called with the lock held."""
 
     def on_close(self) -> None:
-        """Wake other threads that wait. Called with the lock held."""
+        """Wake the threads that are waiting for responses. Called with the lock held."""
 
     def _open(self, config: Any) -> None:
         session: Any = self.zenoh.open(config)
@@ -141,7 +141,7 @@ class ZenohSession:
             self.session = None
             raise
         finally:
-            if self.session is None:  # nobody else closes it
+            if self.session is None:  # `on_open` failed, so nobody else closes the session
                 session.close()
         self.problem = ""
 
@@ -160,11 +160,12 @@ class ZenohSession:
         session = self.session
         try:
             return [] if session is None or self.is_closing else session_connections(session)
-        except self.zenoh.ZError:  # it is closing
+        except self.zenoh.ZError:  # the session is closing
             return []
 
     def close(self) -> None:
-        """Close the connections. This waits at most some seconds: zenoh's own close may wait for a peer that hangs."""
+        """Close the connections. This takes at most `CLOSE_TIME`, although zenoh's own close may wait for a hung peer.
+        """
         self._closing.set()
         with self.lock:
             self.on_close()

@@ -5,7 +5,7 @@ A lock guards the ROS 2 graph and the plan; no thread waits while it holds the l
 - the node's threads convert messages and hand them to the sender (`outgoing`);
 - the worker handles tokens from ROS 2, and publishes ROS 2's messages (`incoming`);
 - the master thread queries the master and carries out the plan, both of which may block;
-- the sender has two threads, which may wait for the network;
+- the sender has two threads, which may block on the network;
 - service calls have their own threads, see `pyros1.ros2.bridge.services`.
 """
 
@@ -53,17 +53,17 @@ ADJUST_PERIOD = 0.2
 _JOIN_TIME = 3.0
 _PLAN_PERIOD = 5.0
 _PLAN_FACTOR = 100
-"""Seconds after which the plan is recomputed even if nothing has changed: the minimum, and a factor of the CPU time
-that planning took.
+"""Seconds after which the plan is recomputed even if nothing has changed: the minimum, and the multiple of the CPU time
+that the last planning took, whichever is longer.
 """
 _SHORTEST_PAUSE = 0.02
 _LONGEST_PAUSE = 5.0
 _PAUSE_FACTOR = 4
-"""Seconds between plans: the minimum, the maximum, and a factor of the CPU time that planning took, since other nodes
-may change the graph as often as they like.
+"""Seconds between plans: the minimum, the maximum, and the multiple of the CPU time that planning took, which is used
+within these limits: other nodes may change the graph as often as they like.
 """
 _POLL_FACTOR = 20
-"""Seconds between polls of the master, per second of CPU time that a poll takes."""
+"""Minimum seconds between polls of the master per second of CPU time that a poll takes."""
 
 
 class Ros2Bridge:
@@ -118,7 +118,7 @@ class Ros2Bridge:
         self._next_poll = self._next_plan = 0.0
         self._planned_from: object = None  # the state of ROS 1 when the plan was made
         self._declared: object = None  # what the session was last asked to declare
-        self._refused: dict[str, str] = {}  # which of these it refused, and why
+        self._refused: dict[str, str] = {}  # what it refused of `_declared` -> why
         self._problems: dict[str, str] = {}
         self._trouble: dict[str, int] = {}
         self._is_closing = False
@@ -227,7 +227,7 @@ class Ros2Bridge:
             start = time.thread_time()
             plan = self._make_plan()
             took = time.thread_time() - start
-            if plan != self._plan:  # otherwise the old object stays, since comparing identical objects is fast
+            if plan != self._plan:  # keep an equal old object: comparing identical objects is fast
                 with self._lock:
                     self._plan = plan
                 self._outgoing.topics = plan.subscribed_topics()
@@ -338,7 +338,7 @@ class Ros2Bridge:
         return plan
 
     def _of_others(self, entities: Iterable[Entity]) -> list[Entity]:
-        """Leave out other bridges of the same master: messages and calls would go round in circles."""
+        """Return the entities except those of other bridges of the same master, which would cause loops."""
         return [entity for entity in entities if entity.node_name != self._ros2_name]
 
     # Shutdown ---------------------------------------------------------------------------------------------------------
@@ -386,6 +386,6 @@ class Ros2Bridge:
         self._session.close()
         self._services.close()
         self._parameters.close()
-        if self._node.ok():  # otherwise it unregisters everything at once
+        if self._node.ok():  # a node that is shutting down unregisters everything itself
             self._outgoing.close()
             self._bridge_publishers.close()

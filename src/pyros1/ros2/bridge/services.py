@@ -263,7 +263,7 @@ class Ros2Services:
         for client in [*self._clients]:
             client.close()
         self._workers.close(_CLOSE_TIME)
-        if self._node.ok():  # otherwise it unregisters everything at once
+        if self._node.ok():  # a node that is shutting down unregisters everything itself
             for _, server in [*self._provided.values()]:  # the master thread may still wait for the master
                 server.shutdown()
 

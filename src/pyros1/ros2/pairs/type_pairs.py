@@ -36,7 +36,7 @@ _HINT = "--ros2-packages names a folder with ROS 2 packages"
 
 
 class TypePair(NamedTuple):
-    """A message type on both sides.
+    """A ROS 1 message type and its counterpart in ROS 2.
 
     Attributes:
         ros1: its name in ROS 1.
@@ -55,7 +55,7 @@ class TypePair(NamedTuple):
 
 
 class ServicePair(NamedTuple):
-    """A service type on both sides.
+    """A ROS 1 service type and its counterpart in ROS 2.
 
     Attributes:
         ros1, md5sum: its name and md5 sum in ROS 1.
@@ -78,7 +78,8 @@ class TypePairs:
         distribution: the ROS 2 distribution whose types are used by default.
         mapping: which types and fields have different names in ROS 2; None for the standard mapping.
         installed: the types of ROS 2 packages on this machine; they are tried first.
-        budget: the time for looking up types that ROS 2 names, which may be anything; None for the default budget.
+        budget: limits the time for looking up types that ROS 2 programs name, since they may name any; None for the
+            default budget.
         beside_rclpy: the types of the packages that rclpy can use; if given, no others are used.
 
     Attributes:
@@ -186,8 +187,8 @@ class TypePairs:
         )
 
     def _ros1_service(self, type: str) -> str:
-        """Return the ROS 1 name of a ROS 2 service: the name given by rules, or the same name if only that is known
-        here.
+        """Return the ROS 1 name of a ROS 2 service type: the name given by rules, or the same name if only that is
+        known here.
         """
         name = self._counterparts.to_ros1(type)
         package, _, short = type.split("/")
@@ -195,7 +196,7 @@ class TypePairs:
         return name if _is_in_ros1(name, True) or not _is_in_ros1(same_name, True) else same_name
 
     def has_ros2_definition(self, type: str) -> bool:
-        """Return whether a message or service has its own ROS 2 definition, not only the ROS 1 definition."""
+        """Return whether a message or service type has its own ROS 2 definition, not only the ROS 1 definition."""
         return type in self.known or f"{type}_Request" in self.known
 
     def _for_ros1(self, type: str, md5sum: str, definition: str, hash: str | None) -> TypePair:
@@ -320,7 +321,7 @@ def _installed(name: str) -> MessageSpec | None:
 
 
 def _specs(type: str, text: str, service: Mapping[str, MessageSpec] | None = None) -> dict[str, MessageSpec]:
-    """Return the types in a full text.
+    """Return the types in the full text of a definition.
 
     Args:
         type, text: the type's name and full text.

@@ -34,9 +34,9 @@ from pyros1.ros2.zenoh.qos import Qos
 GRAPH_PERIOD = 0.5
 """Seconds between reads of the ROS 2 graph."""
 _CHANGING_PERIOD = 0.1
-"""The same while the graph is changing, as at the start."""
+"""Seconds between reads of the ROS 2 graph while it is changing, as at the start."""
 _GRAPH_FACTOR = 10
-"""Seconds between reads, per second that a read takes."""
+"""Minimum seconds between reads of the ROS 2 graph per second that a read takes."""
 _DECLARE_TIME = 10.0
 RETRY_PERIOD = 0.1
 """Seconds to wait after an rclpy error."""

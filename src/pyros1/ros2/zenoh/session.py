@@ -51,7 +51,7 @@ class _Endpoint:
         self._gid = gid(token)
         try:
             self._token = session.liveliness().declare_token(token)
-        except Exception:  # zenoh's
+        except Exception:  # any error from zenoh
             if declared is not None:
                 declared.undeclare()
             raise
@@ -62,7 +62,7 @@ class _Endpoint:
         return encode_attachment(Attachment(next(self._numbers), time.time_ns(), self._gid))
 
     def undeclare(self) -> None:
-        """Remove it from the network."""
+        """Remove the endpoint from the network."""
         self._token.undeclare()
         if self.declared is not None:
             self.declared.undeclare()
@@ -85,7 +85,7 @@ class Ros2Session(ZenohSession):
         LinkError: eclipse-zenoh is not installed, cannot listen, or rejects a setting.
 
     Attributes:
-        refused: empty; see `pyros1.ros2.bridge.side.Ros2Side`.
+        refused: always empty.
     """
 
     way = "zenoh"
@@ -335,7 +335,7 @@ class Ros2Session(ZenohSession):
                 target=self.zenoh.QueryTarget.ALL_COMPLETE,
                 consolidation=self.zenoh.ConsolidationMode.NONE,
                 timeout=timeout,
-                congestion_control=self.zenoh.CongestionControl.DROP,  # of the response, too
+                congestion_control=self.zenoh.CongestionControl.DROP,  # also applies to the response
                 allowed_destination=self.zenoh.Locality.REMOTE,
             )
         except self.zenoh.ZError as error:

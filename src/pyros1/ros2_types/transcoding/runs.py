@@ -98,7 +98,7 @@ class Runs:
         self.lines.append(self._indent + line)
 
     def ref(self, value: Any, hint: str) -> str:
-        """Return a name for an object."""
+        """Return a name by which the generated code can use an object."""
         return self.scope.ref(value, hint, object())
 
     def assign(self, hint: str, expression: str) -> str:
@@ -252,7 +252,7 @@ class Runs:
 
     @contextmanager
     def loop(self, header: str) -> Iterator[int]:
-        """Emit a loop; its body is the code emitted within the context. Yields the depth of loops."""
+        """Emit a loop; its body is the code emitted within the context. Yields the nesting depth of the loop."""
         self.flush()
         self.emit_target_position()
         indent, add, depth = self._indent, self._add, self._depth

@@ -4,8 +4,8 @@ The function walks through the message once. `runs.py` moves runs of fixed-size 
 the strings, arrays and loops between them. The generated code contains no names from definitions.
 
 As in the decoders of pyros1.msgs, most errors in a message are found without explicit checks: reading a struct beyond
-the end fails, and after a slice beyond the end, the final position is wrong. Only before a loop, the number of an
-array's elements is compared with the bytes left.
+the end fails, and after a slice beyond the end, the final position is wrong. Only before a loop is the number of an
+array's elements compared with the number of bytes left.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from pyros1.ros2_types.transcoding.plan import Array, Changed, Node, Numbers, Re
 from pyros1.ros2_types.transcoding.runs import ANY, HEADER_SIZE, Atom, Runs
 
 MAX_LOOP_DEPTH = 12
-"""Maximum depth of arrays in arrays; Python's compiler limits it, too."""
+"""Maximum depth of nested arrays; Python's compiler limits it, too."""
 MAX_EMPTY_ELEMENTS = 16
 """Maximum number of elements of an array whose elements take no bytes."""
 MAX_VALUES = 10_000
@@ -28,7 +28,9 @@ MAX_VALUES = 10_000
 MAX_ZEROS = 1 << 16
 """Maximum number of bytes that the source lacks, so that a message cannot take much more memory than its size."""
 MAX_ADDED = 1 << 26
-"""The same for all array elements that are more than `_GROWTH` times as large in the target."""
+"""Maximum number of bytes that array elements may add in total if they are more than `_GROWTH` times as large in the
+target.
+"""
 _GROWTH = 8
 MAX_UNROLLED = 64
 """Fixed arrays of at most this many values need no loop."""
@@ -55,7 +57,7 @@ class Generator:
         self._counts_added = False
 
     def compile(self, record: Record) -> Convert:
-        """Return the function.
+        """Return the function that converts a message.
 
         Raises:
             DefinitionError: the type is too large.

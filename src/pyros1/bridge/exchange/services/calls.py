@@ -22,7 +22,7 @@ from pyros1.bridge.rules.services import DEFAULT_TIMEOUT, PARAMETERS, called
 from pyros1.bridge.rules.site_access import may_serve
 
 MAX_SERVICES = 1_000
-"""Maximum number of services of a site that are provided here: each of them is registered with the master."""
+"""Maximum number of another site's services that are provided on this site's master, where each must be registered."""
 MAX_WAITING_BYTES = 128 << 20
 """Maximum total size of the requests of calls that have not ended."""
 MAX_REFUSED = 1_000
@@ -133,7 +133,7 @@ class Calls:
 
     def set_taken(self, taken: Mapping[str, str]) -> list[Action]:
         """Record which services other nodes of this site's master provide, by name, and return the resulting actions.
-        Nothing is provided before the first call.
+        Until this is called for the first time, no services are provided.
         """
         self._taken = taken
         return self._apply()

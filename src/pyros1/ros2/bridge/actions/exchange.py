@@ -263,5 +263,5 @@ class Ros2Actions:
         self._thread.join(_CLOSE_TIME)
         for action in self._all():
             action.end()
-            if self._node.ok():  # otherwise it unregisters everything at once
+            if self._node.ok():  # a node that is shutting down unregisters everything itself
                 action.close()

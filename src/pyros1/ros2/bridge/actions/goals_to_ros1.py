@@ -40,7 +40,7 @@ MAX_RESULT_BYTES = 64 << 20
 MAX_WAITING = 8
 """Maximum number of requests that wait for the result of one goal."""
 MAX_OTHERS = 100
-"""Maximum number of other clients' goals that are reported."""
+"""Maximum number of ROS 1 clients' goals that are reported to ROS 2."""
 
 _ROS2_STATUSES = {
     Status.PENDING: Ros2Status.ACCEPTED,
@@ -190,7 +190,9 @@ class GoalsToRos1:
         return []
 
     def on_cancel(self, call: object, info: GoalInfo) -> list[Step]:
-        """Handle a cancel request: for one goal, all up to a time, both, or, if it names neither, all goals."""
+        """Handle a cancel request, which is for one goal, for all goals up to a time, for both, or, if it names
+        neither, for all goals.
+        """
         active = {each.uuid: GoalInfo(each.uuid, each.stamp) for each in self._goals.values() if each.can_be_cancelled}
         active |= {
             uuid: GoalInfo(uuid, each.stamp) for uuid, each in self._others.items() if not Status(each.status).ended
@@ -218,7 +220,7 @@ class GoalsToRos1:
                 goal.is_reported = True
                 self._apply(goal, status, now)
             elif goal.is_reported and goal.is_active and goal.final_since is None:
-                self._end(goal, Ros2Status.ABORTED, None, now)  # the server has been restarted, and does not know it
+                self._end(goal, Ros2Status.ABORTED, None, now)  # a restarted server does not know it
         # Refused goals were never accepted, so they do not count as goals in ROS 2.
         others = {
             uuid: each for uuid, each in reported.items() if uuid not in self._goals and each.status not in _REFUSED
@@ -260,7 +262,7 @@ class GoalsToRos1:
                 if goal.pending_since is not None and now - goal.pending_since >= PENDING_TIME:
                     self._accept(goal)
                 elif goal.pending_since is None and now - goal.sent_at >= ACCEPT_TIME:
-                    self._steps.append(SendCancel(goal.name, NO_STAMP))  # it must not run if it arrives late
+                    self._steps.append(SendCancel(goal.name, NO_STAMP))  # the goal must not run if it arrives late
                     self._refuse(goal)
             if goal.final_since is not None and now - goal.final_since >= RESULT_TIME:
                 end = _ROS2_STATUSES[goal.status]
@@ -321,7 +323,7 @@ class GoalsToRos1:
         goal.end, goal.result, goal.ended_at = end, result, now
         self._steps += [AnswerResult(call, end, result) for call in goal.waiting]
         goal.waiting.clear()
-        self._goals[goal.uuid] = self._goals.pop(goal.uuid)  # to the end
+        self._goals[goal.uuid] = self._goals.pop(goal.uuid)  # move it to the end
         ended = [each for each in self._goals.values() if not each.is_active]
         num_bytes = sum(len(each.result or b"") for each in ended)
         for oldest in ended[:-1]:

@@ -24,7 +24,9 @@ RETRY_TIME = 1.0
 """Seconds after which an unanswered request for a result is repeated."""
 MAX_RETRIES = 5
 LONG_TIME = 30.0
-"""A request for a result that ends unanswered after this many seconds counts as having waited, not as failed."""
+"""A request for a result that remains unanswered for at least this many seconds does not count as failed: the goal runs
+long.
+"""
 MAX_GOALS = 256
 """Maximum number of active goals, and of unanswered requests for results; further goals are rejected."""
 MAX_ENDED = 1000
@@ -95,7 +97,7 @@ class _Goal:
     text: str = ""
     is_accepted: bool = False
     is_cancelled: bool = False  # whether a client asked to cancel it before it was accepted
-    final: Status | None = None  # what the server reports, until the result comes
+    final: Status | None = None  # as reported by the server, until the result arrives
     final_since: float = 0.0
     asked_at: float = 0.0
     retry_at: float | None = None
@@ -137,7 +139,7 @@ class GoalsToRos2:
         Args:
             name, stamp: its id; an empty name is replaced by a new one, and a zero stamp by the current time.
             body: the encoded goal.
-            now, ros_now: the time, and the same as a stamp.
+            now, ros_now: the current time, in seconds and as a stamp.
         """
         if name in self._goals or name in self._others:
             return []
@@ -154,7 +156,9 @@ class GoalsToRos2:
         return self._take_steps(now)
 
     def on_cancel(self, name: str, stamp: Stamp, now: float) -> list[Step]:
-        """Handle a cancel request: for one goal, all up to a time, both, or, if it names neither, all goals."""
+        """Handle a cancel request, which is for one goal, for all goals up to a time, for both, or, if it names
+        neither, for all goals.
+        """
         self._last_cancel = max(self._last_cancel, stamp)
         is_all = not name and stamp == NO_STAMP
         for goal in self._goals.values():
@@ -181,14 +185,14 @@ class GoalsToRos2:
     # Messages from the ROS 2 side -------------------------------------------------------------------------------------
 
     def on_goal_response(self, uuid: bytes, accepted: bool | None, text: str, now: float) -> list[Step]:
-        """Handle the response to a goal: whether it was accepted; None if there was none, for the reason ``text``."""
+        """Handle the response to a goal. ``accepted`` is None if there was no response, for the reason ``text``."""
         goal = self._by_uuid.get(uuid)
         if goal is None or goal.ended_at is not None:
-            return [CallCancel(uuid)] if accepted else []  # its client already knows that it has ended
+            return [CallCancel(uuid)] if accepted else []  # its client has already been told that it has ended
         if goal.is_accepted:
             return []
         if accepted is None:
-            self._steps.append(CallCancel(uuid))  # it must not run if the server did get it
+            self._steps.append(CallCancel(uuid))  # the goal must not run if the server did receive it
             self._end(goal, Status.ABORTED, None, text, now)
         elif not accepted:
             self._end(goal, Status.REJECTED, None, text or "the server in ROS 2 has rejected it", now)
@@ -294,7 +298,7 @@ class GoalsToRos2:
 
     def _end(self, goal: _Goal, status: Status, result: bytes | None, text: str, now: float) -> None:
         goal.status, goal.text, goal.ended_at = status, text, now
-        self._goals[goal.name] = self._goals.pop(goal.name)  # to the end
+        self._goals[goal.name] = self._goals.pop(goal.name)  # move it to the end
         self._steps.append(PublishResult(goal.to_status(), result))
         ended = [each for each in self._goals.values() if each.ended_at is not None]
         for oldest in ended[: max(0, len(ended) - MAX_ENDED)]:

@@ -56,7 +56,7 @@ class ActionHashes(NamedTuple):
 
 
 class ActionPair(NamedTuple):
-    """An action type on both sides.
+    """A ROS 1 action type and its counterpart in ROS 2.
 
     Attributes:
         ros1: its name in ROS 1, ``actionlib_tutorials/Fibonacci``.

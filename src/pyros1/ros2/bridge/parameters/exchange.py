@@ -218,6 +218,6 @@ class Ros2Parameters:
             self._is_closing = True
             self._changed.notify_all()
         self._workers.close(_CLOSE_TIME)
-        if self._node.ok():  # otherwise it unregisters everything at once
+        if self._node.ok():  # a node that is shutting down unregisters everything itself
             for server in (*self._gone, *self._servers.values()):
                 server.close()
