@@ -1,7 +1,7 @@
 """The topics that a bridge publishes on its site's master, with the types and definitions of their original publishers.
 
 A node publishes each topic once, but keeps the last latched message of each of its publisher objects. So there is one
-for each original publisher with a latched message, and one more that keeps the topic advertised.
+publisher object for each original publisher with a latched message, and one more that keeps the topic advertised.
 """
 
 from __future__ import annotations
@@ -20,9 +20,9 @@ from pyros1.wire.handshake import TopicType
 BRIDGE_FIELD = "pyros1_bridge"
 """Field in the connection headers of bridges' publishers, with the site's name."""
 ORIGIN_FIELD = "origin"
-"""Another field, with the original publishers at the time of the connection, such as ``red:/driver``. The field
-``callerid`` has the name of the bridge's node: only that node is registered with this master, and it sends all original
-publishers' messages over one connection.
+"""Field in the connection headers of bridges' publishers, with the original publishers at the time of the connection,
+such as ``red:/driver``. The field ``callerid`` has the name of the bridge's node: only that node is registered with
+this master, and it sends all original publishers' messages over one connection.
 """
 _QUEUE_SIZE = 100
 LATCHED_BYTES = 256 << 20
@@ -59,7 +59,7 @@ class BridgePublishers:
         self._totals: dict[str, int] = {}
         self._lock = (
             threading.Lock()
-        )  # topics are advertised and withdrawn in another thread than messages are published
+        )  # one thread advertises and withdraws topics, others publish messages
 
     def advertise(self, action: Advertise) -> None:
         """Publish a topic, or change whether a published one is latched, keeping its subscribers. This waits for the

@@ -41,7 +41,7 @@ class PendingMessage(NamedTuple):
 
 
 class ConversionSink(Protocol):
-    """Receives the results; called in any thread, without the pool's lock."""
+    """Receives the pool's results. Its methods are called in any thread, without the pool's lock."""
 
     def would_send(self, source: Source, pending: PendingMessage) -> bool:
         """Return whether a message would be sent after conversion; otherwise it counts as dropped."""

@@ -21,7 +21,7 @@ Change = Subscribe | Advertise | SetOrigins | Withdraw
 MAX_MESSAGES = 5_000
 """Maximum number of messages held for topics that are not published yet."""
 MAX_BYTES = 64 << 20
-"""Maximum total size in bytes of these messages; at least one may wait."""
+"""Maximum total size in bytes of the messages held for topics that are not published yet; at least one is held."""
 RETURN_DELAY = 0.5
 """Minimum seconds until a withdrawn topic is published again. Until stock rospy's subscribers have noticed that their
 connections were closed, they mistake a new publisher with the same address for the old one.
@@ -178,7 +178,9 @@ class DeferredActions:
         return self._take_waiting(key[1])
 
     def fail(self, actions: list[Change]) -> None:
-        """Record that some of the popped actions failed: `retry` queues them again, unless superseded before."""
+        """Record that some of the popped actions failed: `retry` queues them again, unless newer ones have superseded
+        them.
+        """
         with self._changed:
             self._fail(actions)
 

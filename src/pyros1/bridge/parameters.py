@@ -1,4 +1,4 @@
-"""Lets other sites read parameters of this site's master: the service's requests and responses.
+"""Requests of other sites to read parameters of this site's master, and the responses.
 
 A request is JSON; a response is a value encoded in XML-RPC, as masters send it, which keeps its exact type. Responses
 from ROS 2 are JSON, since its parameters can be integers and strings that XML-RPC cannot encode.

@@ -19,7 +19,7 @@ _MAX_PERIOD = 0.5
 
 
 class PublisherWatch:
-    """Watches nodes.
+    """Watches the local nodes whose topics other sites want.
 
     Args:
         node: the bridge's node.
@@ -49,7 +49,7 @@ class PublisherWatch:
         return self._lost
 
     def update(self, wanted: Iterable[str], registered: Collection[str]) -> None:
-        """Watch nodes.
+        """Set the nodes to watch.
 
         Args:
             wanted: the nodes that publish topics other sites want.

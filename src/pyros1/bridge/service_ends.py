@@ -36,7 +36,7 @@ from pyros1.node.services.workers import Workers
 PARAMETERS_TIMEOUT = 10.0
 """Seconds to wait for another site's parameters."""
 _POLL_INTERVAL = 0.2
-"""Seconds between a waiting call's checks whether the bridge is closing."""
+"""Seconds between checks, by a waiting call, of whether the bridge is closing."""
 _RETRY_PERIOD = 1.0
 """Seconds between attempts to provide a service."""
 _CLOSE_TIME = 1.0
@@ -157,7 +157,7 @@ class ServiceEnds:
         if not self._changed or monotonic() < self._retry_at or self._is_closing:
             return
         for local in sorted([*self._changed]):
-            self._changed.discard(local)  # do this first, since it may change again meanwhile
+            self._changed.discard(local)  # do this first: the service may change again meanwhile
             wanted, known = self._wanted.get(local), self._provided.get(local)
             try:
                 if known is not None and known[0] is not wanted:

@@ -78,7 +78,7 @@ class StandIns:
             node_or_none = self._start(wanted[local].action)
             if node_or_none is not None:
                 self._running[local] = _RunningNode(node_or_none, wanted[local].serial)
-            if self._is_closing:  # in another thread, perhaps before the node was in `_running`
+            if self._is_closing:  # another thread called `close`, perhaps before the node was in `_running`
                 self._end(local)
                 return
 
@@ -103,7 +103,7 @@ class StandIns:
                 environ=self._node.environ,
                 handle_signals=False,
                 rosout=False,
-                log_services=False,  # the bridge may provide the original node's
+                log_services=False,  # the bridge may provide those of the original node
                 wait_for_master=_TIMEOUT,
                 wall_time=True,
             )

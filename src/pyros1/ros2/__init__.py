@@ -1,1 +1,1 @@
-"""Talks to ROS 2 without an installation of it: its types, its encoding, and its network over zenoh."""
+"""The connection to ROS 2: over zenoh, without an installation of ROS 2, or through rclpy."""

@@ -18,7 +18,7 @@ MOVED_SERVICES: Mapping[str, str] = MappingProxyType(
         "rospy_tutorials/AddTwoInts": "example_interfaces/srv/AddTwoInts",
     }
 )
-"""The same for services."""
+"""ROS 1 service types that have another name in ROS 2."""
 MOVED_TO_ROS1: Mapping[str, str] = MappingProxyType(
     {"rcl_interfaces/msg/Log": "rosgraph_msgs/Log", "example_interfaces/srv/AddTwoInts": "roscpp_tutorials/TwoInts"}
 )

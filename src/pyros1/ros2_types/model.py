@@ -38,7 +38,7 @@ def is_type_name(name: str) -> bool:
 
 
 class Length(Enum):
-    """How many values a field has."""
+    """The number of values of a field: one, a fixed number, up to a maximum, or any number."""
 
     SINGLE = "one"
     FIXED = "as many as its size says"

@@ -35,9 +35,9 @@ _TYPE_IDS = {
 }
 _BOUNDED_STRING_IDS = {"string": 21, "wstring": 22}
 BASES = {number: base for ids in (_TYPE_IDS, _BOUNDED_STRING_IDS) for base, number in ids.items()}
-"""The primitive types and strings, by their numbers."""
+"""The primitive types and strings, by their numbers in type_description_interfaces/msg/FieldType."""
 BOUNDED_STRINGS = frozenset(_BOUNDED_STRING_IDS.values())
-"""The numbers of strings with a maximum length."""
+"""The numbers of strings with a maximum length in type_description_interfaces/msg/FieldType."""
 _LENGTH_OFFSETS = {Length.SINGLE: 0, Length.FIXED: 48, Length.BOUNDED: 96, Length.UNBOUNDED: 144}
 
 FILLER = Field("structure_needs_at_least_one_member", FieldType("uint8"))

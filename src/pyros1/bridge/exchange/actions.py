@@ -16,10 +16,10 @@ class Send(NamedTuple):
     Attributes:
         key: below this site's prefix, see `pyros1.bridge.protocol.key_expressions`.
         head, body: the packet.
-        priority: which packets overtake others.
+        priority: packets of higher priority are sent first.
         replaces: this packet replaces a waiting one with the same key and the same `replaces`; None: it replaces
             nothing.
-        may_drop: whether a newer packet may replace it only while the network is slow: otherwise all are delivered.
+        may_drop: whether a newer packet replaces a waiting one only while the network is slow; if false, always.
         expires: time by the site's clock after which the packet is useless; None: never.
     """
 
@@ -92,7 +92,7 @@ class Withdraw(NamedTuple):
 
 
 class Source(NamedTuple):
-    """Where messages come from.
+    """The origin of messages: a publisher at another site.
 
     Attributes:
         site: the site that sends them.
@@ -209,7 +209,7 @@ class ProbeReply(NamedTuple):
 
 
 class Log(NamedTuple):
-    """Log a text, which may contain text from other sites."""
+    """Log a message, which may contain text from other sites."""
 
     text: str
     is_warning: bool = False

@@ -18,7 +18,7 @@ from pyros1.bridge.rules.rules import Priority
 
 
 class Announcements:
-    """Hellos, heartbeats and lists.
+    """Makes the hello packets, heartbeats and lists for other sites.
 
     Args:
         epoch: the site's epoch.

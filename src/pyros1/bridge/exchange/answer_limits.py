@@ -9,7 +9,7 @@ _PERIOD = 0.1
 """Minimum seconds between answers to a site's requests for the same topic, or for definitions."""
 _RESEND_RATE = 8e6
 _RESEND_BURST = 32e6
-"""Bytes per second, and bytes at once, of messages resent to a site."""
+"""Maximum bytes of messages resent to a site, per second and in one burst."""
 _MAX_ENTRIES = 10_000
 
 

@@ -1,4 +1,4 @@
-"""How far another site's clock is ahead of ours, estimated from the round trips of heartbeats. No I/O.
+"""The time by which another site's clock is ahead of ours, estimated from round trips of heartbeats. No I/O.
 
 This estimates an upper bound of a message's age, not the most likely age, since messages that could be too old must not
 be delivered. The answer to our heartbeat was sent after the heartbeat, whatever the delays in the two directions, which

@@ -11,13 +11,13 @@ from pyros1.ground.errors import Error
 from pyros1.msgs import from_definition
 
 _RETRY_PERIOD = 2.0
-"""Seconds after which a site is asked again."""
+"""Seconds after which a site is asked again for a definition that has not arrived."""
 _MAX_ASKED = 5_000
 """Maximum number of requested definitions remembered for each site."""
 SITE_DEFINITIONS = 2_500
 """Maximum number of definitions from a run of a site: more than the number of topics it may have here."""
 SITE_CHARACTERS = 16 << 20
-"""Maximum total length of their texts; at least one is kept."""
+"""Maximum total length in characters of the definitions from a run of a site; at least one is kept."""
 _Id = tuple[str, str]  # type and md5 sum
 
 
@@ -102,9 +102,9 @@ class Definitions:
         self._owners.pop(key).remove(self._texts.pop(key))
 
     def add(self, site: str, definition: Definition) -> bool:
-        """Handle a definition that a site has sent; return whether it is kept: it was requested, there is room, and no
-        other one is known or this one replaces an unusable one. A usable definition is never replaced, so no site can
-        disturb other sites' topics.
+        """Handle a definition that a site has sent; return whether it is kept. It is kept if it was requested, there is
+        room, and no other one is known or this one replaces an unusable one. A usable definition is never replaced, so
+        no site can disturb other sites' topics.
         """
         key = (definition.type, definition.md5sum)
         known = self._texts.get(key)

@@ -1,4 +1,4 @@
-"""How often each other site may make requests. No I/O."""
+"""Rate limits for the requests of each other site. No I/O."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from pyros1.bridge.exchange.token_bucket import TokenBucket
 
 _PROBE_RATE = 500
 _PROBE_BURST = 100
-"""Probes from a site that are answered per second, and at once; others are dropped, as if lost in the network."""
+"""Maximum number of a site's probes that are answered, per second and in one burst; others are dropped, as if lost."""
 _DEFINITION_RATE = 50e3
 _DEFINITION_BURST = 2e6
-"""Bytes of a site's definitions that are read per second, and at once: a thousand bytes take about a millisecond. A
-robot's types all fit into the burst, and definitions that were not read are requested again.
+"""Maximum bytes of a site's definitions that are read, per second and in one burst: a thousand bytes take about a
+millisecond. A robot's types all fit into the burst, and definitions that were not read are requested again.
 """
 _MAX_SITES = 1_000
 

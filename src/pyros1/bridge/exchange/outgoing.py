@@ -20,7 +20,7 @@ from pyros1.bridge.rules.rules import Settings
 HISTORY_BYTES = 8 << 20
 """Maximum total size in bytes of the messages kept for a reliable topic; at least one is kept."""
 HISTORY_MESSAGES = 2_000
-"""Maximum number of these messages."""
+"""Maximum number of messages kept for a reliable topic."""
 
 
 class ReceivedMessage(NamedTuple):
@@ -47,7 +47,7 @@ class NumberedMessage(NamedTuple):
 
 
 class DropReason:
-    """Why messages are not sent or not delivered, as shown by the status."""
+    """The reasons why messages are not sent or not delivered, as shown by the status."""
 
     RATE = "over the rate limit"
     SIZE = "too large"
@@ -100,7 +100,7 @@ class OutgoingTopic:
 
     @property
     def requests(self) -> Mapping[str, float]:
-        """See above."""
+        """See `OutgoingTopic`."""
         return self._requests
 
     @requests.setter
@@ -138,7 +138,7 @@ class OutgoingTopic:
     def _next_due(self, publisher: str, period: float, now: float) -> tuple[float, bool]:
         """Return when another message of a publisher is due after this one, and whether this one is due."""
         due = self._due.get(publisher, now)
-        if due > now + 1.2 * period:  # a slower rate was wanted before
+        if due > now + 1.2 * period:  # a lower rate was wanted before
             return now + period, False
         # A message that is a little early counts as the due one: publishers are not exact.
         if now < due - 0.1 * period:

@@ -12,7 +12,7 @@ from pyros1.bridge.exchange.token_bucket import TokenBucket
 from pyros1.bridge.protocol.packets import Kind
 
 _RATE = 1.0
-"""Lists of one kind from one site that are applied per second."""
+"""Number of lists of one kind from one site that are applied per second."""
 _BURST = 3
 """Number of lists applied at once after a pause: topics often come and go together."""
 

@@ -69,7 +69,6 @@ MAX_SITES = 256
 class Site:
     """The state machine of a site.
 
-
     Args:
         rules: its rules, which contain its name.
         epoch: a random number from 1 to 2^64 - 1, a new one for each run.
@@ -133,7 +132,7 @@ class Site:
         return actions + self._announcements.heartbeats(now)
 
     def set_responding(self, nodes: Iterable[str], now: float) -> list[Action]:
-        """Record which of the nodes whose topics other sites want respond."""
+        """Record which nodes respond, among those whose topics other sites want."""
         self._topic_sender.set_responding(nodes)
         return self._announcements.heartbeats(now)
 

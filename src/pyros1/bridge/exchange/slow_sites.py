@@ -1,7 +1,7 @@
 """Sends separate packets to slow sites, so that they do not hold up the others. No I/O.
 
 Heartbeats tell a slow site to stop listening to the packets for all sites. After some time it shares packets with the
-others again, since its network may have improved; whenever it turns out to be slow again, that time doubles.
+others again, since its network may have improved; whenever it turns out to be slow again, the time doubles.
 """
 
 from __future__ import annotations
@@ -10,10 +10,10 @@ from collections.abc import Container
 
 FIRST_TIME = 30.0
 LONGEST_TIME = 900.0
-"""Seconds for which a site gets its own packets."""
+"""The initial and the maximum number of seconds for which a slow site gets its own packets."""
 OVERLAP = 2.0
-"""Seconds for which it still gets them after it was told to listen to the common packets, since switching takes some
-time.
+"""Seconds for which a site still gets its own packets after it was told to listen to the common ones, since switching
+takes some time.
 """
 
 

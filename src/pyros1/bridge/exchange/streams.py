@@ -153,15 +153,15 @@ class NewestStream(_CountingStream):
         return None
 
     def tick(self, now: float) -> list[Delivery]:
-        """Return nothing: nothing waits."""
+        """Return an empty list: no messages are held back."""
         return []
 
     def on_gone(self, gone: ResendRefusal, now: float) -> list[Delivery]:
-        """Return nothing: nothing waits."""
+        """Return an empty list: no messages are held back."""
         return []
 
     def on_latched_list(self, latched_list: LatchedList) -> list[Delivery]:
-        """Return nothing: no message is latched."""
+        """Return an empty list: no message is latched."""
         return []
 
 
@@ -275,7 +275,7 @@ class ReliableStream(_CountingStream):
         return self._give_up(gone.first, now)
 
     def on_latched_list(self, latched_list: LatchedList) -> list[Delivery]:
-        """Return nothing: no message is latched."""
+        """Return an empty list: no message is latched."""
         return []
 
 
@@ -352,11 +352,11 @@ class LatchedStream(_CountingStream):
         return self._synced + 1, self._tail
 
     def tick(self, now: float) -> list[Delivery]:
-        """Return nothing: nothing waits."""
+        """Return an empty list: no messages are held back."""
         return []
 
     def on_gone(self, gone: ResendRefusal, now: float) -> list[Delivery]:
-        """Return nothing: nothing waits."""
+        """Return an empty list: no messages are held back."""
         return []
 
     def on_latched_list(self, latched_list: LatchedList) -> list[Delivery]:

@@ -23,7 +23,7 @@ from pyros1.bridge.protocol.packets import (
 
 
 class TopicPackets:
-    """Makes packets.
+    """Makes the packets that carry a topic's messages.
 
     Args:
         epoch: this site's epoch.

@@ -313,7 +313,7 @@ class TopicSender:
         }
 
     def set_responding(self, nodes: Iterable[str]) -> None:
-        """Record which of the nodes whose topics other sites want respond."""
+        """Record which nodes respond, among those whose topics other sites want."""
         self._responding = frozenset(nodes)
         self._nodes.clear()
 

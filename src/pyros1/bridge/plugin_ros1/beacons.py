@@ -12,15 +12,15 @@ from pyros1.bridge.plugin_ros1.keys import Resource, beacon_key, is_source, pars
 
 PERIOD = 1.0
 LOSS_TIME = 3.5
-"""Time without beacons after which a topic or service is gone: three are missing, and late ones would have arrived. The
-plugin itself checks every three seconds which ones it has not heard since the last check.
+"""Seconds without beacons after which a topic or service is gone: three beacons are missing, and late ones would have
+arrived. The plugin itself checks every three seconds which ones it has not heard since the last check.
 """
 MAX_RESOURCES = 2_000
 """Maximum number of other bridges' topics and services that are used, and of unused ones that are listed."""
 
 
 class _OwnBeacon:
-    """When to send the beacon of one topic or service."""
+    """The state of the beacon that this bridge sends for one topic or service."""
 
     def __init__(self, now: float) -> None:
         self.heard = False  # from another bridge, since the last check
@@ -87,7 +87,7 @@ class HeardBeacons:
         is_used: returns whether this bridge uses a topic or service; unused ones cannot displace used ones.
 
     Attributes:
-        ignored: why beacons were ignored -> how many.
+        ignored: reason -> how many beacons were ignored for it.
     """
 
     def __init__(self, is_used: Callable[[Resource], bool]) -> None:

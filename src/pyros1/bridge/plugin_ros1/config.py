@@ -27,7 +27,6 @@ _SERVICE_KEYS = ("service", "here")
 class PluginConfig:
     """The configuration of a bridge in the dialect of zenoh-plugin-ros1.
 
-
     Attributes:
         rules: what it exchanges.
         connect, listen: endpoints such as ``tcp/robot:7447``.

@@ -30,7 +30,7 @@ class LocalService(NamedTuple):
 
 
 class SentTopic(NamedTuple):
-    """A topic of this master that is sent, and how."""
+    """A topic of this master that is sent, and its transport settings."""
 
     local: LocalTopic
     settings: Settings
@@ -48,7 +48,7 @@ class TakenResource:
 
 @dataclass
 class Plan:
-    """What a bridge does.
+    """The topics and services that a bridge exchanges, and how.
 
     Attributes:
         sends: topics of this master, by the resource that other bridges see.
@@ -86,7 +86,7 @@ class Plan:
 def make_plan(
     rules: PluginRules, topics: Iterable[LocalTopic], services: Iterable[LocalService], heard: Collection[Resource]
 ) -> Plan:
-    """Return what to do.
+    """Return the plan for the current state of this master and of other bridges.
 
     Args:
         rules: the bridge's rules.

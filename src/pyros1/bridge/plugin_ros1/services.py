@@ -41,7 +41,7 @@ class CallCount:
     """Counts a service's calls and failed calls, and keeps the last error.
 
     Attributes:
-        calls, errors, last_error: these.
+        calls, errors, last_error: the two counts and the last error.
         note: a remark for the status.
     """
 

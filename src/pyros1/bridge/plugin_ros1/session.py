@@ -38,7 +38,7 @@ class FirstReply:
         self._lock = threading.Lock()
 
     def put(self, reply: Any) -> None:
-        """Handle a reply; None if there are no more."""
+        """Handle a reply, or None, which means that there are no more."""
         with self._lock:
             if not self._ended.is_set():
                 self._reply = reply
@@ -89,7 +89,7 @@ class PluginSession(ZenohSession):
         super().__init__("zenoh-bridge-ros1", connect, listen, settings)
 
     def on_open(self) -> None:
-        """Subscribe to beacons, which never changes. Called with the lock held."""
+        """Subscribe to beacons; this subscription never changes. Called with the lock held."""
         self._fixed = [
             self.session.declare_subscriber(key, self._on_beacon_sample, allowed_origin=self.zenoh.Locality.REMOTE)
             for key in self._beacons
@@ -171,7 +171,7 @@ class PluginSession(ZenohSession):
             publisher.put(packet.body)
 
     def try_send(self, packet: Send) -> bool:
-        """Send nothing: packets may have to wait."""
+        """Return False without sending, since sending may block."""
         return False
 
     def listen(self, site: str, key: str, on: bool) -> None:

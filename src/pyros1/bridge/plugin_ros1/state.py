@@ -20,7 +20,9 @@ _MAX_PUBLISHERS = 10_000
 """Maximum number of publishers with separate rate limits; further ones share one limit per topic."""
 _PLAN_RATE = 4.0
 _PLAN_BURST = 20
-"""Plans made per second, and at once, because beacons come or go: with thousands of topics each takes 50 ms."""
+"""Maximum number of plans made because beacons come or go, per second and in one burst: with thousands of topics,
+making one takes 50 ms.
+"""
 UNKNOWN = "messages of topics that are not taken"
 _NO_SOURCE = Source("", SharedName("", ""), 0)
 """The source of all messages: nothing is latched, so sources do not matter."""
@@ -40,13 +42,13 @@ class PluginState:
         subscribed: the topics published here that nodes subscribe to.
         sent: counts of each sent topic's messages.
         taken: counts of the messages published here, by local topic.
-        ignored: why messages from elsewhere were ignored -> how many.
+        ignored: reason -> how many messages from elsewhere were ignored for it.
     """
 
     def __init__(self, rules: PluginRules, random: Callable[[], float]) -> None:
         self.plan = Plan()
         self._plans = TokenBucket(_PLAN_RATE, _PLAN_BURST)
-        self._is_outdated = False  # the plan
+        self._is_outdated = False  # whether the plan is outdated
         self.heard = HeardBeacons(lambda resource: not isinstance(rules.incoming(resource), str))
         self.wanted: frozenset[Resource] = frozenset()
         self.subscribed: frozenset[str] = frozenset()

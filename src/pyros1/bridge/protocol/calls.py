@@ -28,7 +28,7 @@ _KINDS = (Kind.CALL, Kind.CALL_SEEN, Kind.REPLY, Kind.REPLY_SEEN)
 
 
 class Status(IntEnum):
-    """How a call has ended."""
+    """The outcome of a call."""
 
     OK = 0
     """There is a response."""

@@ -15,7 +15,7 @@ from pyros1.ground.errors import Error
 MAX_BODY = 1 << 20
 """Maximum size in bytes of a packet that is not a message."""
 MAX_NUMBER = 1 << 63
-"""All numbers are below this."""
+"""The exclusive upper limit of all numbers in packets."""
 _MAX_TYPE_LENGTH = 255
 _MD5 = re.compile(r"[0-9a-f]{32}\Z")
 _TYPE = re.compile(r"[A-Za-z]\w*/[A-Za-z]\w*\Z", re.ASCII)

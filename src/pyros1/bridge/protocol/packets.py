@@ -111,7 +111,7 @@ class MessageHead(NamedTuple):
 
 
 class Heartbeat(NamedTuple):
-    """A packet that tells another site that this one is alive, and which of the other site's lists it has.
+    """A packet that tells another site that this one is alive, and which lists of the other site this one has.
 
     Attributes:
         number: its number; increases with each heartbeat.

@@ -16,7 +16,7 @@ _REPEAT_PERIOD = 0.7
 
 
 _STEP = 5
-"""By how many pages the start moves each time the list is resent."""
+"""Number of pages by which the first page to send moves on each time the list is resent."""
 
 
 class ListSender:

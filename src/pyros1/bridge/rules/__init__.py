@@ -1,1 +1,1 @@
-"""Which topics a site sends and receives, and how."""
+"""The rules of a site: which topics it sends and receives, and how."""

@@ -53,7 +53,7 @@ def _access_control(access: Collection[SiteAccess], own_site: str) -> dict[str, 
     # Sites whose packets others forward, and that have no entry of their own.
     everybody = [*access, *(SiteAccess(site) for site in sites if site not in known)]
     rules = [_rule("subscribe", "allow", "declare_subscriber", ("ingress", "egress"), [_EVERYTHING])]
-    names: dict[str, list[str]] = {}  # keys -> its rules
+    names: dict[str, list[str]] = {}  # a site's key name -> its rules
     for each in everybody:
         for name, permission, flow, keys in (
             (f"{each.keys} sends", "allow", "ingress", _send_allowed(each, sites)),
@@ -67,7 +67,7 @@ def _access_control(access: Collection[SiteAccess], own_site: str) -> dict[str, 
     policies = []
     for each in access:
         if each.site == own_site:
-            continue  # nobody else is this site
+            continue  # no other site connects with these keys
         found = ["subscribe", *names[each.keys]]
         for other in everybody:
             if other.site in each.forwards and other.site not in (own_site, each.site):

@@ -24,7 +24,7 @@ class Connection(NamedTuple):
 
 
 class Event(NamedTuple):
-    """What to log about a connection."""
+    """A log message about a connection."""
 
     text: str
     is_warning: bool

@@ -28,7 +28,7 @@ _MAX_COSTS = 300
 _PACKET_COST = 2_000
 """The fixed cost of a packet, in units of the time to copy a byte."""
 _CONTROL_FACTOR = 20
-"""How many times longer than copying it takes to parse a byte of JSON."""
+"""The time to parse a byte of JSON, as a multiple of the time to copy a byte."""
 _CHEAP_COST = 1_000_000
 """Maximum cost of a packet that is handled without queueing, which delays others: about a millisecond."""
 
@@ -88,7 +88,7 @@ class Inbox:
         self._total_bytes = total_bytes
         self._sites: dict[str, _SiteQueue] = {}  # only sites with waiting packets
         self._bytes = 0
-        self._cost = 0  # of the last served site, before its packet
+        self._cost = 0  # the last served site's cost, before its last packet
         self.costs: dict[str, int] = {}
 
     @property

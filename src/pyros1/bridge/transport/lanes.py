@@ -53,7 +53,7 @@ class Lanes:
         self._is_paced = is_paced
         self._max_bytes = max_bytes
         self._max_packets = max_packets
-        self._numbers = count(1)  # of probes: an answer does not name its lane
+        self._numbers = count(1)  # of the probes in all lanes: an answer names no lane
         self._lanes = {COMMON: _Lane(self._numbers)}
         self._last = COMMON  # the lane whose packet was sent last
 

@@ -16,7 +16,7 @@ from pyros1.bridge.transport.link import Receive
 
 
 class NetworkConditions(NamedTuple):
-    """What the network does to packets.
+    """The delays and losses of packets in a network.
 
     Attributes:
         delay: minimum seconds in transit.
@@ -67,7 +67,7 @@ class MemoryNetwork:
         (self.parted.add if apart else self.parted.discard)(pair)
 
     def at(self, time: float, event: Callable[[], object]) -> None:
-        """Call a function at a time."""
+        """Schedule the call of a function at a given time."""
         heapq.heappush(self._events, (max(time, self.now), next(self._order), event))
 
     def run_until(self, time: float) -> None:

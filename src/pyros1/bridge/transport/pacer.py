@@ -58,7 +58,7 @@ class Pacer:
     """Decides when bulky packets may be sent to one site, or to several that get the same packets.
 
     Args:
-        numbers: the numbers of the next probes.
+        numbers: yields the numbers of the next probes; None to count from 1.
 
     Attributes:
         window: maximum number of unconfirmed bytes.

@@ -26,11 +26,12 @@ _LONG_DIRECT_TIME = 0.02
 _DIRECT_PAUSE = 0.1
 _LONGEST_PAUSE = 300.0
 _PAUSE_FACTOR = 100
-"""Seconds for which the thread then sends everything, so that slow sends do not block the callers of `put`: at least,
-at most, and per second that the send took, so that callers lose at most a hundredth of the time.
+"""Seconds for which the thread sends all packets after a slow immediate send, so that slow sends do not block the
+callers of `put`: the minimum, the maximum, and the number of seconds per second that the slow send took, so that
+callers lose at most a hundredth of their time.
 """
 FLUSH_TIME = 0.5
-"""Maximum seconds to wait on closing until waiting packets are sent."""
+"""Maximum seconds that closing waits for queued packets to be sent."""
 
 
 def _make_none(*_: object) -> list[Probe]:
@@ -186,7 +187,7 @@ class SendingThread:
         return self._is_sending or bool(self._tasks) or not self.lanes.is_empty
 
     def close(self) -> None:
-        """Send the waiting packets, for a short time, and end the thread."""
+        """Send the queued packets, for at most `FLUSH_TIME`, and end the thread."""
         deadline = monotonic() + FLUSH_TIME
         with self._lock:
             self._is_flushing = True
@@ -242,6 +243,6 @@ class Sender:
         return self._urgent.lanes.waiting_bytes + self._bulk.lanes.waiting_bytes
 
     def close(self) -> None:
-        """Send the waiting packets, for a short time, and end the threads."""
+        """Send the queued packets, for a short time, and end the threads."""
         self._urgent.close()
         self._bulk.close()

@@ -1,4 +1,4 @@
-"""How many calls each ROS 2 client may have in progress, so that one with many leaves room for others. No I/O."""
+"""Limits the calls that each ROS 2 client may have in progress, so that a busy one leaves room for others. No I/O."""
 
 from __future__ import annotations
 

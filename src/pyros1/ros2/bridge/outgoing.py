@@ -48,7 +48,7 @@ class OutgoingMessages:
         self._sender = sender
         self._counts = counts
         self._warn = warn
-        self._publishers: Collection[str] = frozenset()  # those in ROS 2
+        self._publishers: Collection[str] = frozenset()  # those that exist in ROS 2
         self._early = EarlyMessages()
         self._subscribers: dict[str, Subscriber[AnyMsg]] = {}
 
@@ -102,6 +102,6 @@ class OutgoingMessages:
 
     def close(self) -> None:
         """Unsubscribe from all topics, until the next `adjust`."""
-        for topic in [*self._subscribers]:  # the master thread may still wait for the master
+        for topic in [*self._subscribers]:  # a copy: the master thread may still change it
             if (subscriber := self._subscribers.pop(topic, None)) is not None:
                 subscriber.unregister()

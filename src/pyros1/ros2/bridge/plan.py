@@ -23,7 +23,9 @@ from pyros1.ros2.zenoh.tokens import Entity
 QUEUE = 10
 """The history depth that our publishers and subscribers announce."""
 LATCHED_DEPTH = 1
-"""The same for publishers of a latched topic: there is one for each ROS 1 publisher, which keeps its last message."""
+"""The history depth that our publishers of a latched topic announce: there is one for each ROS 1 publisher, which keeps
+its last message.
+"""
 
 
 class Types(Protocol):
@@ -83,7 +85,7 @@ class TakenTopic:
 
 @dataclass
 class Plan:
-    """What a bridge does.
+    """The topics that a bridge exchanges, and how.
 
     Attributes:
         announces: the topics that ROS 2 sees, by key.
@@ -110,8 +112,8 @@ class Plan:
 
     def add_duplicates(self, publishers: Mapping[str, Collection[str]], bridges: Collection[str]) -> None:
         """Report the topics that other bridges publish in ROS 1, too, as problems. This causes no loops, since no
-        bridge forwards what another one publishes, but the same message may arrive twice. The log is left out: each
-        bridge has its own.
+        bridge forwards what another one publishes, but the same message may arrive twice. The log topic is not
+        reported: each bridge publishes its own log.
 
         Args:
             publishers: the nodes in ROS 1 that publish each topic.
@@ -146,7 +148,7 @@ def make_plan(
     subscribers: Mapping[str, Collection[Entity]],
     types: Types,
 ) -> Plan:
-    """Return what to do.
+    """Return the plan for the current state of both sides.
 
     Args:
         domain: the ROS domain.

@@ -1,4 +1,4 @@
-"""Which topics and services a bridge to ROS 2 may exchange. No I/O."""
+"""Rules for the topics and services that a bridge to ROS 2 may exchange. No I/O."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from pyros1.ground.errors import Error
 LOG = "/rosout"
 """The topic of the log. ROS 1 sees ROS 2's log, but ROS 2 sees ROS 1's only if a rule names it."""
 NEVER = ("/rosout_agg", "/parameter_events", "/statistics")
-"""Topics of which each side has its own."""
+"""Topics that are never exchanged, since each side has its own."""
 NEVER_SERVICES = (
     "get_loggers",
     "set_logger_level",
@@ -31,7 +31,7 @@ NEVER_SERVICES = (
     "get_logger_levels",
     "set_logger_levels",
 )
-"""The last parts of the names of services that every node provides for itself."""
+"""The last parts of the names of services that are never exchanged, since every node provides its own."""
 _MAX_REMEMBERED = 20_000
 """Maximum number of names whose matches are cached."""
 ACTION_TOPICS = ("goal", "cancel", "status", "feedback", "result")

@@ -75,7 +75,7 @@ def plan_services(
     offered: Collection[str],
     types: ServiceTypes,
 ) -> ServicePlan:
-    """Return what to do.
+    """Return the plan for the current state of both sides.
 
     Args:
         domain: the ROS domain.

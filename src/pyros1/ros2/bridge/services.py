@@ -264,7 +264,7 @@ class Ros2Services:
             client.close()
         self._workers.close(_CLOSE_TIME)
         if self._node.ok():  # a node that is shutting down unregisters everything itself
-            for _, server in [*self._provided.values()]:  # the master thread may still wait for the master
+            for _, server in [*self._provided.values()]:  # a copy: the master thread may still change it
                 server.shutdown()
 
 

@@ -72,7 +72,7 @@ class LookupCache(Generic[_Found]):
     def __init__(self, budget: TimeBudget) -> None:
         self._budget = budget
         self._found: dict[_Key, _Found] = {}
-        # Only the texts: an exception would keep its callers' frames alive, with whole plans.
+        # Only the texts of errors are kept: an exception would keep its callers' frames alive, with whole plans.
         self._failures: dict[_Key, str] = {}
 
     def get(self, key: _Key, find: Callable[[], _Found], *, is_limited: bool) -> _Found:

@@ -22,7 +22,9 @@ IGNORED_TOPICS = ("/parameter_events",)
 GID_SIZE = 16
 """Number of significant bytes in an endpoint's identifier: some versions of rclpy add zeros."""
 _PREFIX_SIZE = 12
-"""Number of its bytes shared by a DDS participant, i.e. a process. With other middleware, they mean nothing."""
+"""Number of leading bytes of an endpoint's identifier that all endpoints of a DDS participant, i.e. a process, share.
+With other middleware, they mean nothing.
+"""
 
 
 class GraphReader:

@@ -90,7 +90,7 @@ class LaterReply:
         return self._done is None
 
     def put(self, reply: zenoh.Reply | None) -> None:
-        """Handle a reply; None if there are no more."""
+        """Handle a reply, or None, which means that there are no more."""
         with self._lock:
             done, self._done = self._done, None
         if done is not None:

@@ -48,7 +48,7 @@ class Service(NamedTuple):
 
 
 class Changes(NamedTuple):
-    """What has changed since the last check.
+    """The changes of the graph since the last check.
 
     Attributes:
         topics, services: names of the topics and services for which an entity came or went.
@@ -89,7 +89,7 @@ class Ros2Graph:
         self._max_entities = max_entities
         self._max_session_entities = max_session_entities
         self._entities: dict[str, Entity] = {}
-        self._sizes: dict[str, int] = {}  # by zid
+        self._sizes: dict[str, int] = {}  # zid -> number of admitted tokens
         self._waiting: dict[str, dict[str, Entity]] = {}  # those for which there was no room, by zid, then by token
         self._num_waiting = 0
         self._nodes: dict[str, Entity] = {}

@@ -10,7 +10,7 @@ from pyros1.ros2.zenoh.names import read_number
 UNWRITTEN_DEPTH = 42
 """The depth that rmw_zenoh means if it writes none, or 0."""
 _MAX_DEPTH = (1 << 64) - 1
-_LENGTHS = (1, 1, 2, 2, 2, 3)  # numbers in each field
+_LENGTHS = (1, 1, 2, 2, 2, 3)  # how many numbers each field has
 _BEST_EFFORT = 2
 _TRANSIENT_LOCAL = 1
 _KEEP_ALL = 2

@@ -69,12 +69,12 @@ class Changed(NamedTuple):
 
     @property
     def in_ros1(self) -> bool:
-        """As for `Numbers`."""
+        """Whether the ROS 1 type has it, as for `Numbers`."""
         return True
 
     @property
     def in_ros2(self) -> bool:
-        """As for `Numbers`."""
+        """Whether the ROS 2 type has it, as for `Numbers`."""
         return True
 
 
@@ -114,12 +114,12 @@ class Array(NamedTuple):
 
     @property
     def in_ros1(self) -> bool:
-        """As for `Numbers`."""
+        """Whether the ROS 1 type has it, as for `Numbers`."""
         return self.ros1 is not None
 
     @property
     def in_ros2(self) -> bool:
-        """As for `Numbers`."""
+        """Whether the ROS 2 type has it, as for `Numbers`."""
         return self.ros2 is not None
 
 
@@ -138,12 +138,12 @@ class Record(NamedTuple):
 
     @property
     def in_ros1(self) -> bool:
-        """As for `Numbers`."""
+        """Whether the ROS 1 type has it, as for `Numbers`."""
         return self.ros1 is not None
 
     @property
     def in_ros2(self) -> bool:
-        """As for `Numbers`."""
+        """Whether the ROS 2 type has it, as for `Numbers`."""
         return self.ros2 is not None
 
 

@@ -13,7 +13,7 @@ SMALL = 16 << 10
 _MAX_WAIT = 8.0
 """Seconds that a small packet may wait to be sent, and maximum seconds until it is repeated."""
 _SLOWEST = 500_000
-"""The slowest network in bytes per second that still gets large packets through in time."""
+"""Speed in bytes per second of the slowest network that still gets large packets through in time."""
 _MAX_ERROR = 10_000
 
 

@@ -24,7 +24,7 @@ from pyros1.bridge.rules.site_access import may_serve
 MAX_SERVICES = 1_000
 """Maximum number of another site's services that are provided on this site's master, where each must be registered."""
 MAX_WAITING_BYTES = 128 << 20
-"""Maximum total size of the requests of calls that have not ended."""
+"""Maximum total size in bytes of the requests of calls that have not ended."""
 MAX_REFUSED = 1_000
 """Maximum number of services that are not provided here, but listed in the status."""
 _MAYBE = "the call may have been carried out, or not"

@@ -30,9 +30,9 @@ from pyros1.bridge.rules.site_access import may_call
 MAX_RUNNING = 64
 """Maximum number of calls from all other sites that run at a time."""
 MAX_RUNNING_BYTES = 128 << 20
-"""Maximum total size of their requests."""
+"""Maximum total size in bytes of the requests of all running calls."""
 MAX_REPLY_BYTES = 32 << 20
-"""Maximum total size of the replies that a site has not acknowledged."""
+"""Maximum total size in bytes of the replies that a site has not acknowledged."""
 MAX_SITES = 1_000
 """Maximum number of sites whose slots are remembered."""
 _ANSWER_PERIOD = 0.5
@@ -159,7 +159,7 @@ class ServedServices:
             service.counts.calls += 1
         if problem := self._problem(peer, service, body):
             return self._reply(caller, head.slot, slot, (Status.REFUSED, encode_error(problem)), now)
-        assert service is not None  # otherwise there is a problem
+        assert service is not None  # if it is None, `_problem` returns a reason
         call = CallId(peer, caller.epoch, head.slot, head.number)
         self._running[call] = len(body)
         timeout = slot.expires - now

@@ -13,7 +13,7 @@ Task = Callable[[], object]
 
 
 class Inbox:
-    """Tasks in order. May be used in several threads.
+    """A bounded queue of tasks. May be used in several threads.
 
     Attributes:
         dropped: number of tasks refused because the queue was full.

@@ -34,7 +34,8 @@ Warn = Callable[[str, Error], object]
 
 
 class OfferedAction:
-    """A ROS 1 action offered in ROS 2. One thread uses `plan`, `is_connected` and `close`, the inbox's thread all else.
+    """A ROS 1 action offered in ROS 2. One thread uses `plan`, `is_connected` and `close`, the inbox's thread
+    everything else.
 
     Args:
         node: the bridge's node; it must run callbacks inline.

@@ -147,7 +147,7 @@ def plan_actions(
     offered: Mapping[str, ActionPair],
     types: ActionTypes,
 ) -> ActionPlan:
-    """Return what to do.
+    """Return the plan for the current state of both sides.
 
     Args:
         domain: the ROS domain.
@@ -186,7 +186,7 @@ def action_keys(domain: int, name: str, pair: ActionPair) -> ActionKeys:
     hashes = pair.hashes._asdict()
     keys = [DataKey(domain, f"{name}{HIDDEN}{part}", type_name, hashes[part]) for part, type_name in types.items()]
     for key in keys:
-        data_key(key)  # such a name may be too long
+        data_key(key)  # raises an error if the name is too long
     return ActionKeys(*keys)
 
 

@@ -27,7 +27,7 @@ from pyros1.ros2.zenoh.names import DataKey
 from pyros1.ros2.zenoh.qos import Qos
 
 RESULT_CALL_TIME = 3600.0
-"""Seconds to wait for a result before requesting it again, since a goal may take any time."""
+"""Seconds to wait for a result before requesting it again, since a goal may take any amount of time."""
 _QUEUE_SIZE = 1000
 _GONE = "the action server in ROS 2 is gone"
 Reply = bytes | ServiceRefusal
@@ -36,7 +36,7 @@ StartCall = Callable[[DataKey, bytes, float, Callable[[Reply], object]], object]
 
 
 class ProvidedAction:
-    """A ROS 2 action provided in ROS 1. One thread uses `plan` and `close`, the inbox's thread all else.
+    """A ROS 2 action provided in ROS 1. One thread uses `plan` and `close`, the inbox's thread everything else.
 
     Args:
         node: the bridge's node; it must run callbacks inline.
@@ -94,7 +94,7 @@ class ProvidedAction:
 
     @property
     def subscribers(self) -> dict[DataKey, Qos]:
-        """What a session subscribes to."""
+        """The keys to which a session subscribes, each with its QoS."""
         return {self.plan.keys.feedback: FEEDBACK_QOS, self.plan.keys.status: STATUS_QOS}
 
     # Messages from ROS 1 ----------------------------------------------------------------------------------------------

@@ -12,7 +12,7 @@ from pyros1.ros2.bridge.actions.ros1_messages import NO_STAMP, Stamp
 
 UUID_SIZE = 16
 NO_UUID = bytes(UUID_SIZE)
-"""In a cancel request: any goal."""
+"""The UUID that stands for any goal in a cancel request."""
 MAX_STATUSES = 1000
 _HEAD = b"\0\1\0\0"
 _ORDERS = {b"\0\0": ">", b"\0\1": "<"}

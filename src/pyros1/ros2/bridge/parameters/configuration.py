@@ -75,7 +75,7 @@ class Configuration:
         return [*self._entries]
 
     def description(self) -> Any:
-        """Return it as a dynamic_reconfigure/ConfigDescription, with the values as defaults."""
+        """Return the configuration as a dynamic_reconfigure/ConfigDescription, with the values as defaults."""
         parameters = [
             {"name": name, "type": entry.type, "level": 0, "description": entry.description, "edit_method": ""}
             for name, entry in self._entries.items()

@@ -69,7 +69,7 @@ class Ros2Parameters:
         self._parameter_client = ParameterClient(call, call_time)
         self._graph = Graph(node.master)
         self._workers = Workers(f"{node.name}:parameters", _MAX_THREADS)
-        self._changed = threading.Condition()  # guards the following ones
+        self._changed = threading.Condition()  # guards the following attributes
         self._nodes: dict[str, ParameterNode] = {}
         self._asked: dict[str, float] = {}  # node -> until when it has clients
         self._declared: frozenset[DataKey] = frozenset()

@@ -1,6 +1,6 @@
 """Reads and sets the parameters of ROS 2 nodes. Each method waits for the node.
 
-Each response is checked for its size, and that it matches the request.
+Each response is checked: its size must be within limits, and it must match the request.
 """
 
 from __future__ import annotations

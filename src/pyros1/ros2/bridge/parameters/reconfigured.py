@@ -42,7 +42,7 @@ _MAX_LINES = 10
 
 
 class ReconfiguredNode:
-    """One node.
+    """A ROS 2 node that is presented as a dynamic_reconfigure server.
 
     Args:
         node: the bridge's node in ROS 1.
