@@ -68,7 +68,7 @@ class _Work:
 
 
 class ConversionPool:
-    """The converting threads, which start with the first message.
+    """The threads that convert messages; they are started by the first message.
 
     Args:
         sink: receives the converted and dropped messages.

@@ -21,7 +21,7 @@ STAND_IN_SERVICE = "bridged_node"
 _QUERY_TIME = 1.0
 """Seconds to wait for the answers of publishers."""
 _MAX_QUERIES = 32
-"""Maximum number of publishers that are asked at a time."""
+"""Maximum number of publishers that are asked at the same time."""
 ASKING_TIME = 0.5
 """Seconds after which no more publishers are asked before the master is polled again."""
 RETRY_PERIOD = 10.0
@@ -44,12 +44,12 @@ class LocalGraph:
 
     Args:
         graph: asks the master.
-        is_sent: returns whether rules allow a topic to be sent to anybody.
+        is_sent: returns whether rules allow a topic to be sent to any other site.
         query: asks a publisher; for tests.
 
     Attributes:
         bridges: the nodes that are bridges.
-        publishers: the other nodes that publish topics that rules allow to send, according to the master.
+        publishers: the other nodes that, according to the master, publish topics which rules allow to be sent.
         lost: publishers that no longer respond, set by the caller; their topics are left out.
         problems: topic -> why it cannot be sent.
         is_behind: whether some publishers have yet to be asked, since there were too many at once.

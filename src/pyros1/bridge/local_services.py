@@ -17,7 +17,7 @@ from pyros1.ground.errors import ServiceUnavailableError
 _QUERY_TIME = 1.0
 """Seconds to wait for the answers of providers."""
 _MAX_QUERIES = 32
-"""Maximum number of providers that are asked at a time."""
+"""Maximum number of providers that are asked at the same time."""
 RETRY_PERIOD = 10.0
 """Seconds after which a provider that did not answer is asked again."""
 _Asked = tuple[str, str]  # service and provider
@@ -34,7 +34,7 @@ class LocalServices:
 
     Args:
         graph: asks the master.
-        is_served: returns whether rules allow a service to be called by anybody.
+        is_served: returns whether rules allow a service to be called by any other site.
         probe: asks a provider; for tests.
 
     Attributes:

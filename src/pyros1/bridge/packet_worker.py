@@ -62,7 +62,9 @@ class PacketWorker:
         self._thread.start()
 
     def receive(self, key: Key, head: bytes, body: bytes) -> None:
-        """Handle a packet, or leave it to the thread. Called in the link's threads, which never wait for others."""
+        """Handle a packet, or leave it to the worker thread. Called in the link's threads; never waits for a packet
+        that another thread is handling.
+        """
         packet = (key, head, body)
         with self._lock:
             if not self._may_handle(packet):

@@ -45,7 +45,7 @@ def status_json(
     Args:
         site, link, sender, inbox, rates: the parts of the bridge.
         problems: topic -> why it cannot be sent.
-        trouble: what went wrong, and how often.
+        trouble: description of a problem -> how often it has occurred.
     """
     received, more_topics = listed(site.received_topics(), lambda each: each.peer, _received_size)
     called, more_services = listed(site.services.calls.services(), lambda each: each.peer, _called_size)

@@ -16,10 +16,10 @@ from pyros1.ros2_types.model import STRINGS, STRUCT_CODES, Field, FieldType, Len
 from pyros1.ros2_types.nesting import all_types
 
 MAX_TEXT_LENGTH = 1 << 20
-"""Maximum length in characters of a text with the definitions of a type and all types that it uses."""
+"""Maximum length in characters of a text that defines a type and all types that it uses."""
 
 MAX_FIELDS = 10_000
-"""Maximum number of fields of all types in a text."""
+"""Maximum total number of fields of all types that a text defines."""
 
 PARTS = {"msg": ("",), "srv": ("_Request", "_Response"), "action": ("_Goal", "_Result", "_Feedback")}
 """Folder of a type -> the suffixes of the names of its parts, which are separated by ``---``."""

@@ -84,7 +84,7 @@ class TypeRule(NamedTuple):
 
 
 class PackageRule(NamedTuple):
-    """Maps a package to another: their types of the same name match. `place` is the rule's file and line."""
+    """Maps a package to another: their types with the same name match. `place` is the rule's file and line."""
 
     ros1: str
     ros2: str
@@ -92,12 +92,12 @@ class PackageRule(NamedTuple):
 
 
 class TypeMapping:
-    """A user's rules, and the standard rules for what those do not cover.
+    """A user's rules, and the standard rules for the types that those do not cover.
 
     Args:
         rules: matching types. If several rules are for the same type, the first one gives its name on the other side.
         packages: matching packages; `rules` take precedence. A package may match several on the other side: each of its
-            types is then looked up in these in order.
+            types is then looked up in all of them, in order.
 
     Attributes:
         rules, packages: as given.
@@ -159,7 +159,7 @@ class TypeMapping:
 
 
 def _field_rules(rules: Iterable[TypeRule]) -> dict[tuple[str, str], FieldRule]:
-    """Return the rules' field rules, with the standard value conversions for fields that match as in the standard."""
+    """Return the field rules of type rules. Fields that match as in a standard rule get its value conversions."""
     found: dict[tuple[str, str], FieldRule] = {}
     for rule in rules:
         if rule.ros2.split("/")[1] == "msg":

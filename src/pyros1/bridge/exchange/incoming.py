@@ -28,7 +28,7 @@ class IncomingTopic:
 
     Attributes:
         flow: counts of its delivered and dropped messages.
-        is_wanted: whether it is requested, since somebody here subscribes to it.
+        is_wanted: whether it is requested, since a local node subscribes to it.
         wanted_since: the time in seconds since which it is wanted.
         is_paused: whether it was wanted when its site was lost; the request is then kept until `paused_until`, some
             time after the site's return.

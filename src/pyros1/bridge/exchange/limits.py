@@ -44,7 +44,8 @@ class Limits:
 
         Args:
             site: the site.
-            known: the sites that are there now; if there are too many others, the others are forgotten.
+            known: the sites that are known now; if limits are kept for too many sites, those of all others are
+                forgotten.
         """
         if site not in self._sites and len(self._sites) >= _MAX_SITES:
             self._sites = {name: limits for name, limits in self._sites.items() if name in known}

@@ -1,4 +1,4 @@
-"""Pending lists of other sites: applying one takes some milliseconds, so their rate is limited.
+"""Pending lists of other sites: applying one takes a few milliseconds, so their rate is limited.
 
 Only the newest list of each kind is kept. No I/O.
 """

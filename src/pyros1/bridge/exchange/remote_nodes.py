@@ -13,7 +13,7 @@ from pyros1.bridge.names import MAX_NAME_LENGTH
 from pyros1.bridge.rules.rules import Rules
 
 MAX_REPRESENTED = 200
-"""Maximum number of nodes of all other sites together."""
+"""Maximum total number of represented nodes of all other sites."""
 
 
 class RemoteNodes:

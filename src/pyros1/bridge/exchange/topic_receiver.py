@@ -4,8 +4,8 @@ An offered topic that a rule accepts is advertised on this site's master as soon
 programs see it. It is requested from the other site only while a local node subscribes to it.
 
 While its site is lost, a topic is not advertised unless another site sends it too: subscribers lose their connections,
-and so notice that no publisher is left. Requested topics are *paused* meanwhile: if somebody subscribes again soon
-after the site's return, the stream continues where it stopped.
+and so notice that no publisher is left. Requested topics are *paused* meanwhile: if a node subscribes again soon after
+the site's return, the stream continues where it stopped.
 """
 
 from __future__ import annotations

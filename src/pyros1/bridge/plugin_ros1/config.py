@@ -31,7 +31,7 @@ class PluginConfig:
         rules: what it exchanges.
         connect, listen: endpoints such as ``tcp/robot:7447``.
         keys: the folder of its keys; empty for none.
-        places: file and line of the endpoints and sites in a file, by endpoint and name; for errors.
+        places: endpoint or name of a site in a file -> its file and line, for error messages.
     """
 
     rules: PluginRules

@@ -85,7 +85,9 @@ def beacon_key(resource: Resource) -> str:
 
 
 def beacon_patterns(namespaces: Iterable[str]) -> list[str]:
-    """Return the key expressions of all beacons of bridges in these namespaces, and in none; ``*`` for all."""
+    """Return the key expressions that match the beacons of all bridges in these namespaces, and of those without one;
+    ``*`` stands for all namespaces.
+    """
     found = {*namespaces}
     return [f"{BEACON_ROOT}*/*/*/*/{namespace}/*/**" for namespace in sorted({ANY} if ANY in found else found)]
 

@@ -16,7 +16,7 @@ from pyros1.graph import Graph, probe_service
 _QUERY_TIME = 1.0
 """Seconds to wait for the answers of providers."""
 _MAX_QUERIES = 32
-"""Maximum number of services that are asked at a time."""
+"""Maximum number of services whose providers are asked at the same time."""
 _RETRY_PERIOD = 10.0
 """Seconds after which a provider that did not answer is asked again."""
 
@@ -28,7 +28,7 @@ class _Answer(NamedTuple):
 
 class LocalServices:
     """Finds the services that nodes other than bridges provide, and asks once for the types of those that rules allow
-    to serve.
+    to be called from elsewhere.
 
     Args:
         graph: asks the master.

@@ -1,4 +1,4 @@
-"""Plans what a bridge does, given the state of this master and of other bridges. No I/O.
+"""Plans which topics and services a bridge exchanges, given the state of this master and of other bridges. No I/O.
 
 The plan is recomputed after each change. The runner then starts what is missing and stops what is not in the plan, so
 neither the order of changes nor earlier failures matter.

@@ -160,7 +160,7 @@ class PluginServices:
             count.errors += 1
             text = _error_text(error)
             count.last_error = one_line(text)
-            with suppress(Exception):  # zenoh's, if the session is closed meanwhile
+            with suppress(Exception):  # errors from zenoh, if the session has been closed
                 query.reply_err(text.encode())
         finally:
             query.drop()  # otherwise the caller waits for more replies

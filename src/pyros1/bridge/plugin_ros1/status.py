@@ -29,7 +29,7 @@ def status_json(
     Args:
         state, session, sender, services: the parts of the bridge.
         problems: topic or service -> why it is not bridged.
-        trouble: what went wrong, and how often.
+        trouble: description of a problem -> how often it has occurred.
         dropped: how many messages and beacons were dropped because they came too fast.
     """
     plan, rules = state.plan, state.rules

@@ -17,7 +17,7 @@ from pyros1.bridge.protocol.packet_values import MAX_NUMBER, PacketError, read_m
 from pyros1.bridge.protocol.packets import Kind, Page, decode_page
 
 MAX_SLOTS = 32
-"""Maximum number of calls from one site to another at a time."""
+"""Maximum number of calls from one site to another in progress at the same time."""
 MAX_CALL_SIZE = 16 << 20
 """Maximum size in bytes of a request or a response."""
 MAX_TIME = 86_400.0

@@ -24,7 +24,7 @@ class RulesError(Error, ValueError):
 
 
 class FileReader:
-    """Reads the values of a file. Each value has a path, from which errors find its line.
+    """Reads the values of a file. Each value has a path, by which its line is found for error messages.
 
     Args:
         text: the file's contents.

@@ -38,7 +38,7 @@ class SiteConfig:
         rules: the site's rules.
         connect, listen: endpoints such as ``tls/base.example:7447``.
         keys: the folder of the site's keys; empty for none.
-        places: file and line of the endpoints and sites in a file, by endpoint and name; for errors.
+        places: endpoint or name of a site in a file -> its file and line, for error messages.
     """
 
     rules: Rules

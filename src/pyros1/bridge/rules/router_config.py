@@ -19,7 +19,7 @@ class RouterConfig:
         connect: endpoints of other routers.
         keys: the folder of the router's keys; empty for none.
         access: what each site may do; empty if all may do everything.
-        places: file and line of the endpoints and sites in a file, by endpoint and name; for errors.
+        places: endpoint or name of a site in a file -> its file and line, for error messages.
     """
 
     listen: tuple[str, ...] = ()

@@ -174,7 +174,7 @@ class ServiceRules:
     Attributes:
         serve, call: which of this site's services others may call, and which of other sites' services are provided
             here.
-        deny_serve, deny_call: exceptions from these.
+        deny_serve, deny_call: exceptions to these.
         params, deny_params: which parameters others may read, including everything below them, and exceptions.
     """
 

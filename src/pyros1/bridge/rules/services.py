@@ -1,7 +1,7 @@
 """A site's rules about services and parameters. No I/O.
 
 As with topics, nothing is allowed unless a rule allows it, and denying rules take precedence. A site serves only its
-own services, whose local names `here` may set; it calls only other sites' services.
+own services, whose local names the setting `here` can change; it calls only other sites' services.
 """
 
 from __future__ import annotations

@@ -18,7 +18,7 @@ class SiteAccess:
             patterns belong to the site itself.
         serve, call: the site's services that others may call, and the other sites' services that it may call; None for
             all. Requests for a site's parameters are calls to `pyros1.bridge.rules.services.PARAMETERS`.
-        deny_send, deny_take, deny_serve, deny_call: exceptions from what the patterns above allow.
+        deny_send, deny_take, deny_serve, deny_call: exceptions to what the patterns above allow.
         forwards: other sites whose packets come through the site, since they connect to it and not here.
 
     Raises:
@@ -48,7 +48,7 @@ class SiteAccess:
 
     @property
     def is_limited(self) -> bool:
-        """Whether the site may not do everything."""
+        """Whether the site's permissions are limited."""
         return self.send is not None or any((self.deny_send, self.deny_take, self.deny_serve, self.deny_call))
 
     def may_send(self, topic: SharedName) -> bool:

@@ -50,7 +50,7 @@ class KeysError(Error):
 
 
 class SiteKeys(NamedTuple):
-    """The keys of a site, checked.
+    """The keys of a site, which have been checked.
 
     Attributes:
         site: the site's name.
@@ -129,7 +129,7 @@ def load_keys(folder: Path, now: datetime | None = None) -> SiteKeys:
 
     Args:
         folder: a site's folder, as made by `make_keys`.
-        now: the time at which they must be valid; by default, now.
+        now: the time at which the keys must be valid; by default, the current time.
 
     Raises:
         KeysError: a file is missing, unreadable for this user or readable for others; the certificate has expired, is

@@ -42,7 +42,7 @@ class Connections:
         self._open: frozenset[Connection] = frozenset()
 
     def update(self, connections: Iterable[Connection]) -> list[Event]:
-        """Return what to log given the current connections."""
+        """Return the messages to log, given the current connections."""
         found = frozenset(connections)
         events = [
             Event(f"{_describe(each)} disconnected ({each.address})", False) for each in sorted(self._open - found)

@@ -14,7 +14,7 @@ Receive = Callable[[Key, bytes, bytes], object]
 
 
 class Link(Protocol):
-    """A link to the other sites. Its methods may wait for the network only as long as documented.
+    """A link to the other sites. Its methods block on the network only where, and as long as, their descriptions say.
 
     Attributes:
         problem: why there is no connection; empty if nothing is known to be wrong.
@@ -33,8 +33,8 @@ class Link(Protocol):
         ...
 
     def try_send(self, packet: Send) -> bool:
-        """Send a small packet if that takes hardly any waiting, a millisecond at most; return whether it was sent. No
-        other thread may send packets of the same priority meanwhile.
+        """Send a small packet if that takes hardly any waiting, a millisecond at most; return whether it was sent. The
+        caller makes sure that no other thread sends packets of the same priority meanwhile.
         """
         ...
 

@@ -1,5 +1,5 @@
 """Sends packets over the link: immediately while nothing waits, since a thread switch would double the cost; otherwise
-in threads that may wait for the network, one for urgent packets and subscriptions, one for other packets.
+in threads that may block on the network, one for urgent packets and subscriptions, one for other packets.
 """
 
 from __future__ import annotations

@@ -24,7 +24,7 @@ class IncomingMessages:
     Args:
         publishing: publishes in ROS 1.
         counts: counts the messages.
-        warn: logs a text with an error.
+        warn: logs a warning, given its text and an error, for which ``%s`` stands in the text.
     """
 
     def __init__(self, publishing: BridgePublishers, counts: Counts, warn: Callable[[str, Exception], object]) -> None:

@@ -33,7 +33,7 @@ class OutgoingMessages:
         graph: receives the types that publishers send.
         sender: sends the packets.
         counts: counts the messages.
-        warn: logs a text with an error.
+        warn: logs a warning, given its text and an error, for which ``%s`` stands in the text.
 
     Attributes:
         topics: what to send; set by the caller.

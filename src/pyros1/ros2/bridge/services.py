@@ -51,7 +51,7 @@ class Ros2Services:
         domain: the ROS domain.
         rules: what may be called.
         types: knows the types of both sides.
-        warn: logs a text, in which ``%s`` stands for an error.
+        warn: logs a warning, given its text and an error, for which ``%s`` stands in the text.
         call_time: maximum number of seconds for the response of a service.
     """
 

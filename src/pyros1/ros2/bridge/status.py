@@ -51,7 +51,7 @@ def status_json(
         counts: the counts and rates of messages.
         services: the services of both sides.
         actions: the actions of both sides.
-        trouble: what went wrong, and how often.
+        trouble: description of a problem -> how often it has occurred.
         dropped: how many messages were dropped because they came too fast.
     """
     entries: list[tuple[bool, dict[str, Any]]] = [(True, each) for each in _received(plan, subscribed, counts)]

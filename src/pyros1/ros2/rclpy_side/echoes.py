@@ -33,7 +33,7 @@ class Echoes:
         self._lock = threading.Lock()
 
     def set_topics(self, topics: set[str]) -> None:
-        """Look for own messages on exactly these topics from now on.
+        """Look for our own messages on exactly these topics from now on.
 
         Args:
             topics: the topics that we both publish and subscribe to.

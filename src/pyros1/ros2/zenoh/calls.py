@@ -50,7 +50,7 @@ class IncomingCall:
         """Send the encoded response.
 
         Raises:
-            Exception: zenoh's, if the session is closed meanwhile.
+            Exception: an error of any type from zenoh, if the session has been closed.
         """
         assert self.origin is not None
         attachment = encode_attachment(self.origin._replace(source_time=time.time_ns()))
@@ -63,7 +63,7 @@ class IncomingCall:
         """Tell the client why there will be no response. ROS 2 services cannot return errors: rmw_zenoh logs the text,
         and its client keeps waiting.
         """
-        with suppress(Exception):  # zenoh's, if the session is closed meanwhile
+        with suppress(Exception):  # errors from zenoh, if the session has been closed
             self._query.reply_err(text.encode("utf-8", "replace")[:_MAX_ERROR])
         self.drop()
 

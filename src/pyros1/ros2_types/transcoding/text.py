@@ -61,7 +61,7 @@ def strings_to_cdr(data: bytes | memoryview, position: int, count: int, target: 
         target: the position of the first string in CDR, or that modulo 8.
 
     Returns:
-        CDR; the position after the last string; ``target`` after the last string.
+        The strings in CDR; the position in `data` after the last string; ``target`` after the last string.
 
     Raises:
         struct.error: there are too few bytes for that many strings; each has at least 4.
@@ -85,7 +85,7 @@ def strings_from_cdr(data: bytes | memoryview, position: int, count: int) -> tup
         count: number of strings.
 
     Returns:
-        ROS 1's strings; the position after the last string.
+        The strings as in ROS 1; the position in `data` after the last string.
 
     Raises:
         struct.error: there are too few bytes for that many strings; each has at least 4.

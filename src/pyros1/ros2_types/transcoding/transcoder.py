@@ -25,8 +25,8 @@ class Transcoder:
     """Converts the messages of one ROS 1 type to those of one ROS 2 type, and back.
 
     Fields are matched by name, unless there is a rule; so are the fields of nested types, whatever the types' names. A
-    field that the target lacks is dropped; one that the source lacks is zero or empty. Only the ``seq`` of ROS 1
-    headers, unless given, is counted up from 1 by each transcoder; all headers of a message get the same.
+    field that the target lacks is dropped; one that the source lacks is zero or empty. The ``seq`` of ROS 1 headers is
+    an exception: unless given, each transcoder counts it up from 1; all headers of a message get the same number.
 
     Args:
         ros1_name: full name of the ROS 1 type, ``package/Type``.
@@ -72,7 +72,7 @@ class Transcoder:
         """Convert a ROS 1 message to CDR. Bytes after the message are ignored.
 
         Args:
-            body: the message without a length before it.
+            body: the message, without a length prefix.
 
         Returns:
             Little-endian CDR with its header.
@@ -91,10 +91,10 @@ class Transcoder:
 
         Args:
             data: the message with its header, in either byte order.
-            seq: the ``seq`` of its headers; None to count them here.
+            seq: the ``seq`` of its headers; None to count messages.
 
         Returns:
-            The ROS 1 message, without a length before it.
+            The ROS 1 message, without a length prefix.
 
         Raises:
             MessageError: the bytes are not such a message, an array's length differs from ROS 1's type, or that type

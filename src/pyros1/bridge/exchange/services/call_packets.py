@@ -11,7 +11,7 @@ from pyros1.bridge.rules.rules import Priority
 SMALL = 16 << 10
 """Maximum size in bytes of a body that is sent before images; larger ones are sent as fast as the network allows."""
 _MAX_WAIT = 8.0
-"""Seconds that a small packet may wait to be sent, and maximum seconds until it is repeated."""
+"""Maximum seconds that a small packet waits to be sent, and maximum seconds until it is repeated."""
 _SLOWEST = 500_000
 """Speed in bytes per second of the slowest network that still gets large packets through in time."""
 _MAX_ERROR = 10_000

@@ -28,7 +28,7 @@ from pyros1.bridge.rules.services import PARAMETERS, match_served
 from pyros1.bridge.rules.site_access import may_call
 
 MAX_RUNNING = 64
-"""Maximum number of calls from all other sites that run at a time."""
+"""Maximum number of calls from all other sites that run at the same time."""
 MAX_RUNNING_BYTES = 128 << 20
 """Maximum total size in bytes of the requests of all running calls."""
 MAX_REPLY_BYTES = 32 << 20

@@ -32,7 +32,7 @@ from pyros1.ros2.zenoh.names import DataKey
 from pyros1.ros2.zenoh.qos import Qos
 
 TICK = 0.1
-"""Seconds between checks of what is due."""
+"""Seconds between checks for steps that are due."""
 LINGER = 5.0
 """Seconds for which an action stays in ROS 1 after its server in ROS 2 is gone, so that clients get the last
 statuses, and keep their connections if the server starts again.
@@ -51,7 +51,7 @@ class Ros2Actions:
         send: sends a message to ROS 2.
         start_call: calls a ROS 2 service.
         call_time: maximum number of seconds for the response to a goal, or to a cancel request.
-        warn: logs a text with an error.
+        warn: logs a warning, given its text and an error, for which ``%s`` stands in the text.
         on_error: called with an exception that a bug in pyros1 raised.
 
     Attributes:

@@ -168,7 +168,7 @@ class GoalsToRos1:
     # Requests from ROS 2 clients --------------------------------------------------------------------------------------
 
     def on_goal(self, call: object, uuid: bytes, goal: bytes, now: float) -> list[Step]:
-        """Handle a new goal; the call is answered when the server has accepted it."""
+        """Handle a new goal; the call is answered when the server has accepted the goal."""
         num_active = sum(each.is_active for each in self._goals.values())
         is_new = len(uuid) == UUID_SIZE and uuid != NO_UUID and uuid not in self._goals
         if self._is_lost or not is_new or num_active >= MAX_GOALS:
@@ -252,7 +252,7 @@ class GoalsToRos1:
     # Time -------------------------------------------------------------------------------------------------------------
 
     def tick(self, now: float) -> list[Step]:
-        """Do what is due. Call this a few times per second."""
+        """Return the actions that are due. Call this a few times per second."""
         for goal in [*self._goals.values()]:
             if not goal.is_active:
                 if now - goal.ended_at > KEEP_TIME:
@@ -334,7 +334,7 @@ class GoalsToRos1:
             del self._goals[oldest.uuid]
 
     def _take_steps(self, now: float) -> list[Step]:
-        """Return what to do, with the status of all goals if that has changed."""
+        """Return the collected actions, followed by one that publishes the status of all goals if that has changed."""
         goals = [
             each.to_status()
             for each in self._goals.values()

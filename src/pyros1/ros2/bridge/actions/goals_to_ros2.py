@@ -266,7 +266,7 @@ class GoalsToRos2:
     # Time -------------------------------------------------------------------------------------------------------------
 
     def tick(self, now: float) -> list[Step]:
-        """Do what is due. Call this a few times per second."""
+        """Return the actions that are due. Call this a few times per second."""
         for goal in [*self._goals.values()]:
             if goal.ended_at is not None:
                 if now - goal.ended_at > KEEP_TIME:
@@ -308,7 +308,8 @@ class GoalsToRos2:
         del self._goals[goal.name], self._by_uuid[goal.uuid]
 
     def _take_steps(self, now: float) -> list[Step]:
-        """Return what to do, with the status of all goals if it has changed or is due."""
+        """Return the collected actions, with one that publishes the status of all goals if that has changed or is due.
+        """
         statuses = [goal.to_status() for goal in self._goals.values()]
         statuses += [
             GoalStatus(name, each.info.stamp, int(_STATUSES[Ros2Status(each.status)]))

@@ -42,7 +42,7 @@ class OfferedAction:
         plan: the action.
         send: sends a message to ROS 2.
         inbox: queues the tasks.
-        warn: logs a text with an error.
+        warn: logs a warning, given its text and an error, for which ``%s`` stands in the text.
 
     Raises:
         Error: the master refuses a topic, or does not respond.
@@ -141,7 +141,7 @@ class OfferedAction:
             self._warn(f"cannot use a call of the action {self.plan.local.name}: %s", error)
 
     def tick(self) -> None:
-        """Do what is due."""
+        """Perform the actions that are due."""
         self._do(self._goals.tick(time.monotonic()))
 
     def repeat(self) -> None:

@@ -44,7 +44,7 @@ class ProvidedAction:
         start_call: calls a ROS 2 service.
         call_time: maximum number of seconds for the server to respond to a goal, or to a cancel request.
         inbox: queues the tasks.
-        warn: logs a text with an error.
+        warn: logs a warning, given its text and an error, for which ``%s`` stands in the text.
 
     Raises:
         Error: the master refuses a topic, or does not respond.
@@ -162,7 +162,7 @@ class ProvidedAction:
         self._do(self._goals.on_cancel_response(uuid, goals, time.monotonic()))
 
     def tick(self) -> None:
-        """Do what is due."""
+        """Perform the actions that are due."""
         self._do(self._goals.tick(time.monotonic()))
 
     def on_lost(self) -> None:

@@ -34,7 +34,7 @@ class ParameterNode(NamedTuple):
 def find_nodes(
     domain: int, services: Mapping[str, Service], hashes: Mapping[str, str], event_hash: str
 ) -> tuple[dict[str, ParameterNode], dict[str, str]]:
-    """Return the nodes by name, and by name why the parameters of other nodes cannot be used.
+    """Return the nodes by name, and, by the names of other nodes, why their parameters cannot be used.
 
     Args:
         domain: the ROS domain.

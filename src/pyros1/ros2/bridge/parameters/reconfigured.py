@@ -33,7 +33,7 @@ from pyros1.ros2.bridge.services import SITE
 REFRESH_PAUSE = 2.0
 """Minimum seconds between queries for all parameters of a node."""
 _GATHER_TIME = 0.3
-"""Seconds to wait before querying a node whose set of parameters has changed: they usually change several at a time."""
+"""Seconds to wait before querying a node whose set of parameters has changed: usually several change together."""
 RETRY_PAUSE = 5.0
 """Seconds until a node that did not answer is queried again; doubled each time."""
 _LONGEST_PAUSE = 300.0
