@@ -57,9 +57,7 @@ class BridgePublishers:
         # site -> topic and source -> size of the latched message, the newest last
         self._sizes: dict[str, dict[tuple[str, Source], int]] = {}
         self._totals: dict[str, int] = {}
-        self._lock = (
-            threading.Lock()
-        )  # one thread advertises and withdraws topics, others publish messages
+        self._lock = threading.Lock()  # one thread advertises and withdraws topics, others publish messages
 
     def advertise(self, action: Advertise) -> None:
         """Publish a topic, or change whether a published one is latched, keeping its subscribers. This waits for the

@@ -99,7 +99,7 @@ class LocalServices:
         header = self._probe(service, uri, self._graph.master.caller_id, _QUERY_TIME)
         try:
             type_name, md5sum = read_type(header.get("type")), read_md5(header.get("md5sum"))
-            # rospy does not report these two.
+            # rospy does not report the following two types.
             request = read_type(header.get("request_type", f"{type_name}Request"))
             response = read_type(header.get("response_type", f"{type_name}Response"))
         except PacketError:

@@ -119,7 +119,7 @@ class PacketWorker:
                     self._direct_time = 0.0
                 try:
                     with self._state_lock:
-                        self._on_tick(self._clock())  # the time may be later: packets may have come first
+                        self._on_tick(self._clock())  # later than `now` if packets had the lock
                 except Exception as error:  # noqa: BLE001 - see above
                     self._on_error(error)
 

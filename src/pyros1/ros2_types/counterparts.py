@@ -188,7 +188,7 @@ class Counterparts:
         missing = {name: spec for name, spec in specs.items() if ros2_names[name] not in self._distribution_types}
         if len(missing) > MAX_TYPES:
             raise DefinitionError(f"the type uses {len(missing)} types; the limit is {MAX_TYPES}", roots[0].name)
-        # All at once, so that legal names stay the same.
+        # Register all names at once, so that those that are already legal stay the same.
         self._names.legal_types({ros2_names[name]: ([], []) for name in missing})
         derived = {}
         for name, spec in missing.items():

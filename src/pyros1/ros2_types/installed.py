@@ -81,7 +81,7 @@ def _definitions(top: Path) -> Iterator[tuple[str, Path]]:
         folders[:] = sorted(
             name for name in folders if depth < _MAX_DEPTH and name not in _SKIPPED and not name.startswith(".")
         )
-        if "package.xml" in files:  # packages contain no packages, but many other folders
+        if "package.xml" in files:  # a package contains no other packages, but many folders
             folders[:] = [name for name in folders if name in PARTS]
         kind = path.name
         if kind not in PARTS:

@@ -48,7 +48,7 @@ def voxel_cloud(cloud: Any, edge: float) -> Any:
     """
     rows = _points(cloud)
     points = rows.reshape(-1, rows.shape[2])
-    with np.errstate(all="ignore"):  # from values that are not finite
+    with np.errstate(all="ignore"):  # warnings about values that are not finite
         cubes = [np.floor(_coordinate(cloud, points, name).astype(np.float64) / edge) for name in "xyz"]
     has_place = np.logical_and.reduce([np.abs(cube) < _MAX_INDEX for cube in cubes])
     numbers = np.zeros(np.count_nonzero(has_place), np.int64)

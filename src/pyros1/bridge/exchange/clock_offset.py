@@ -35,12 +35,12 @@ class ClockOffset:
     def __init__(self) -> None:
         self.round_trip: float | None = None
         self._round_trips: deque[float] = deque(maxlen=_KEPT_ROUND_TRIPS)
-        self._latest: deque[float] = deque(maxlen=_KEPT)  # the greatest possible offset, less the drift until then
+        self._latest: deque[float] = deque(maxlen=_KEPT)  # upper bounds of the offset, less the drift until then
         self._least = math.inf
 
     @property
     def is_known(self) -> bool:
-        """Whether there is a bound."""
+        """Whether the offset is known, i.e. has at least one bound."""
         return bool(self._latest)
 
     @property

@@ -49,7 +49,7 @@ class SlowSites:
             self._separate[site] = found
 
     def tick(self, now: float, known: Container[str]) -> bool:
-        """Return some sites to the common packets once their time is over, and forget sites that are not known.
+        """Let sites share packets with the others again once their time is over, and forget sites that are not known.
 
         Returns:
             Whether any site shares packets with others again, or was forgotten.

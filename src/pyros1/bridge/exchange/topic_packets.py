@@ -53,7 +53,7 @@ class TopicPackets:
         """Return the packets for the latched messages that a topic holds."""
         messages, latched_list = topic.latched_list()
         packets = [self._of_old_message(topic, message, peer) for message in messages]
-        # With the messages' priority, so that the list arrives after them.
+        # The list has the messages' priority, so that it arrives after them.
         return [
             *packets,
             Send(

@@ -81,7 +81,7 @@ class TopicReceiver:
         self._subscribed: frozenset[str] = frozenset()
         self._separate: set[str] = set()  # sites that send all messages to this one in separate packets
         self._incoming: dict[Feed, IncomingTopic] = {}
-        self._refused: dict[Feed, tuple[str, str]] = {}  # -> type and reason
+        self._refused: dict[Feed, tuple[str, str]] = {}  # feed -> its type, and why it is refused
         self._unusable: dict[Feed, str] = {}
         self._lacks_definitions = False
         self._is_outdated = False  # whether definitions have arrived since the last update

@@ -93,7 +93,7 @@ class HeardBeacons:
     def __init__(self, is_used: Callable[[Resource], bool]) -> None:
         self.ignored: dict[str, int] = {}
         self._is_used = is_used
-        self._used: dict[Resource, float] = {}  # -> when the last beacon came
+        self._used: dict[Resource, float] = {}  # resource -> when its last beacon came
         self._others: dict[Resource, float] = {}
         self._known: dict[str, Resource] = {}  # by key, so that repeated beacons cost little
 
@@ -104,7 +104,7 @@ class HeardBeacons:
             (self._used if resource in self._used else self._others)[resource] = now
             return False
         if not is_source(key):
-            return False  # zenoh itself tells whether there are receivers
+            return False  # receivers need no beacons: zenoh itself reports them
         resource = parse_beacon_key(key)
         if resource is None:
             self._ignore("beacons that cannot be understood")

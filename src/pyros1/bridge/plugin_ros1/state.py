@@ -155,7 +155,7 @@ class PluginState:
         return packets
 
     def on_sample(self, key: str, body: bytes, now: float) -> Publish | None:
-        """Return the message to publish here for one from elsewhere, or None.
+        """Return the message to publish on this master for one from elsewhere; None if that is ignored.
 
         Args:
             key: its key.

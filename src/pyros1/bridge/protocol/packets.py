@@ -187,8 +187,7 @@ class Definition(NamedTuple):
 
 
 class ResendRequest(NamedTuple):
-    """A request for a topic's messages with the numbers `first` to `last`, or for all held messages of a latched topic.
-    """
+    """A request for a topic's messages with the numbers `first` to `last`, or for all that a latched topic holds."""
 
     topic: SharedName
     first: int

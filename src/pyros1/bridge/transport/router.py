@@ -37,8 +37,7 @@ class Router:
         return session_connections(self._session)
 
     def close(self) -> None:
-        """Close the connections. This takes at most `CLOSE_TIME`, although zenoh's own close may wait for a hung peer.
-        """
+        """Close the connections. This takes at most `CLOSE_TIME`; zenoh's own close may wait for a hung peer."""
         closer = threading.Thread(target=self._session.close, name="close router", daemon=True)
         closer.start()
         closer.join(CLOSE_TIME)

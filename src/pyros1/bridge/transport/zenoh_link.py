@@ -164,8 +164,7 @@ class ZenohSession:
             return []
 
     def close(self) -> None:
-        """Close the connections. This takes at most `CLOSE_TIME`, although zenoh's own close may wait for a hung peer.
-        """
+        """Close the connections. This takes at most `CLOSE_TIME`; zenoh's own close may wait for a hung peer."""
         self._closing.set()
         with self.lock:
             self.on_close()

@@ -56,7 +56,7 @@ class Counts:
 
 
 def _flow(flows: dict[str, Flow], topic: str) -> Flow:
-    """Return the counts of a topic. If there are too many, a new topic replaces the oldest."""
+    """Return the counts of a topic. If there are too many topics, a new one replaces the oldest."""
     if topic not in flows and len(flows) >= MAX_TOPICS:
         del flows[next(iter(flows))]
     return flows.setdefault(topic, Flow())

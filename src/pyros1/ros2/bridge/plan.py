@@ -29,7 +29,7 @@ its last message.
 
 
 class Types(Protocol):
-    """Finds the types of both sides, see `pyros1.ros2.pairs.type_pairs.TypePairs`."""
+    """Finds pairs of ROS 1 and ROS 2 types, see `pyros1.ros2.pairs.type_pairs.TypePairs`."""
 
     def for_ros1(self, type: str, md5sum: str, definition: str, hash: str | None = None) -> TypePair:
         """Return the pair of types for a ROS 1 type."""

@@ -223,7 +223,7 @@ class Ros2Bridge:
                 self._node.log.peer_event(WARN if log.is_warning else INFO, "%s", log.text)
             self._poll()
         if self._must_plan():
-            # Before advertising, so that no message of a topic's old type is published with its new type.
+            # This comes before advertising, so that no message of a topic's old type is published with its new type.
             start = time.thread_time()
             plan = self._make_plan()
             took = time.thread_time() - start
@@ -272,14 +272,14 @@ class Ros2Bridge:
             # Publishers that re-register send their latched messages again only to a new subscriber.
             self._outgoing.close()
             self._session.rename(name)
-            self._ros2_name = name  # last: if anything fails, it is tried again
+            self._ros2_name = name  # set last: if anything fails, renaming is tried again
 
     def _must_plan(self) -> bool:
         """Return whether the plan may be out of date."""
         with self._lock:
             has_changed = self._ros2.take_changes() != Changes()
         if has_changed or self._planned_from != self._ros1_state():
-            self._planned_from = None  # until the plan has been made
+            self._planned_from = None  # outdated until the plan has been made
         return self._planned_from is None or time.monotonic() >= self._next_plan
 
     def _ros1_state(self) -> object:

@@ -19,7 +19,7 @@ from pyros1.ros2.zenoh.tokens import Entity
 
 
 class ServiceTypes(Protocol):
-    """Finds the service types of both sides, see `pyros1.ros2.pairs.type_pairs.TypePairs`."""
+    """Finds pairs of ROS 1 and ROS 2 service types, see `pyros1.ros2.pairs.type_pairs.TypePairs`."""
 
     def service_for_ros1(self, type: str, md5sum: str, hash: str | None = None) -> ServicePair:
         """Return the pair of types for a ROS 1 service type."""

@@ -72,7 +72,7 @@ class ServicePair(NamedTuple):
 
 
 class TypePairs:
-    """Finds the types of both sides, and caches what it has and has not found. Not thread-safe.
+    """Finds pairs of ROS 1 and ROS 2 types, and caches successes and failures. Not thread-safe.
 
     Args:
         distribution: the ROS 2 distribution whose types are used by default.

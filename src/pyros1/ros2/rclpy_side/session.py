@@ -90,7 +90,7 @@ class RclpySession:
         self._subscribers: dict[tuple[DataKey, Qos], Any] = {}
         self._services: dict[tuple[DataKey, None], Any] = {}
         self._clients: dict[tuple[DataKey, None], Any] = {}
-        self._by_route: dict[str, tuple[str, Any]] = {}  # the topic, and the publisher
+        self._by_route: dict[str, tuple[str, Any]] = {}  # route -> topic and publisher
         self._numbers = count(1)
         self._turns: dict[str, int] = {}  # topic -> number of messages whose publishers rclpy did not name
         self._pending: set[Any] = set()  # futures of responses
@@ -215,7 +215,7 @@ class RclpySession:
     def _rename(self, name: str) -> None:
         if self._closing.is_set():
             return
-        node = self._rclpy.make_node(name, self._context, self._executor)  # first: if it fails, the old one stays
+        node = self._rclpy.make_node(name, self._context, self._executor)  # if it fails, the old one stays
         self._declare({}, {}, {}, {}, {})
         old, self.session = self.session, node
         self._graph.use_node(node, name)

@@ -106,7 +106,7 @@ class ServedServices:
         self._peers = peers
         self._served: dict[SharedName, ServedService] = {}
         self.callers: dict[str, Caller] = {}
-        self._running: dict[CallId, int] = {}  # -> size of the request
+        self._running: dict[CallId, int] = {}  # call -> size of its request
         self.set_services(())
 
     # Current state ----------------------------------------------------------------------------------------------------

@@ -229,7 +229,7 @@ class GoalsToRos1:
         return self._take_steps(now)
 
     def on_feedback(self, status: GoalStatus, feedback: bytes, now: float) -> list[Step]:
-        """Pass on feedback."""
+        """Pass on feedback from the server to ROS 2."""
         uuid = _uuid(status.name)
         goal = self._goals.get(uuid)
         if goal is not None:

@@ -308,8 +308,7 @@ class GoalsToRos2:
         del self._goals[goal.name], self._by_uuid[goal.uuid]
 
     def _take_steps(self, now: float) -> list[Step]:
-        """Return the collected actions, with one that publishes the status of all goals if that has changed or is due.
-        """
+        """Return the collected actions, and one that publishes the status of all goals if it has changed or is due."""
         statuses = [goal.to_status() for goal in self._goals.values()]
         statuses += [
             GoalStatus(name, each.info.stamp, int(_STATUSES[Ros2Status(each.status)]))

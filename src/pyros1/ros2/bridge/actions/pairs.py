@@ -81,10 +81,10 @@ class ActionPair(NamedTuple):
 
 
 class ActionPairs:
-    """Finds the action types of both sides, and remembers what it has found. Not thread-safe.
+    """Finds pairs of ROS 1 and ROS 2 action types, and remembers what it has found. Not thread-safe.
 
     Args:
-        counterparts: tells the names.
+        counterparts: gives the types' names on the other side.
         all_types: yields the types of each distribution that can have a type with a given hash; None for any hash.
         default: the types of the default distribution, and of packages on this machine.
         fields: which fields have different names in ROS 2.

@@ -27,7 +27,7 @@ _SEND_GOAL = "_SendGoal"
 
 
 class ActionTypes(Protocol):
-    """Finds the types of actions on both sides, see `pyros1.ros2.bridge.actions.pairs.ActionPairs`."""
+    """Finds pairs of ROS 1 and ROS 2 action types, see `pyros1.ros2.bridge.actions.pairs.ActionPairs`."""
 
     def for_ros1(self, type: str, topics: Mapping[str, TopicType], hash: str | None = None) -> ActionPair:
         """Return the pair of types for a ROS 1 action type."""
@@ -65,7 +65,7 @@ class ActionKeys(NamedTuple):
 
     @property
     def services(self) -> tuple[DataKey, DataKey, DataKey]:
-        """The keys of its services."""
+        """The keys of the services of the action."""
         return self[:3]
 
 

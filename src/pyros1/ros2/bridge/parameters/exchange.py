@@ -75,7 +75,7 @@ class Ros2Parameters:
         self._declared: frozenset[DataKey] = frozenset()
         self._is_closing = False
         self._problems: dict[str, str] = {}
-        self._servers: dict[str, ReconfiguredNode] = {}  # replaced as a whole
+        self._servers: dict[str, ReconfiguredNode] = {}  # replaced as a whole, since other threads read it
         self._gone: list[ReconfiguredNode] = []
         self._required: tuple[dict[DataKey, Qos], frozenset[DataKey]] = {}, frozenset()
 

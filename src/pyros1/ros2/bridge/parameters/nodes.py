@@ -27,7 +27,7 @@ class ParameterNode(NamedTuple):
     event_key: DataKey
 
     def key(self, service: str) -> DataKey:
-        """Return the key of one of its services."""
+        """Return the key of one of the node's services."""
         return dict(self.services)[service]
 
 

@@ -236,7 +236,7 @@ class ReconfiguredNode:
             held = self._parameter_client.values(self.remote, [*values])
         with self._lock:
             if values:
-                # Changes made by others in the meantime came over the topic, and may be newer.
+                # Changes made by others in the meantime arrived as events, and may be newer than these values.
                 news = {name: value for name, value in held.items() if self._versions.get(name, 0) <= version}
                 self._version += 1
                 self._apply(configuration, news)
