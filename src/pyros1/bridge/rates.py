@@ -13,7 +13,7 @@ _SAMPLES = 4
 
 
 class Count(NamedTuple):
-    """Total messages and bytes."""
+    """The total numbers of messages and bytes."""
 
     messages: int
     bytes: int

@@ -32,4 +32,4 @@ LOG_LEVELS = ValueRule(
     bytes(_level(value, _ROS1_LEVELS, _ROS2_LEVELS) for value in range(256)),
     bytes(_level(value, _ROS2_LEVELS, _ROS1_LEVELS) for value in range(256)),
 )
-"""The levels of log messages."""
+"""The conversion of the levels of log messages."""

@@ -40,7 +40,7 @@ class ClockOffset:
 
     @property
     def is_known(self) -> bool:
-        """Whether the offset is known, i.e. has at least one bound."""
+        """Whether at least one bound of the offset is known."""
         return bool(self._latest)
 
     @property

@@ -18,7 +18,7 @@ _BURST = 3
 
 
 class PendingLists:
-    """The lists of one other site."""
+    """The pending lists of one other site."""
 
     def __init__(self) -> None:
         self._pending: dict[Kind, Sequence[Any]] = {}

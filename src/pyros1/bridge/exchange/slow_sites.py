@@ -24,7 +24,7 @@ class _SlowSite:
 
 
 class SlowSites:
-    """The slow sites, as the sender has found them."""
+    """The sites that the sender has found to be slow."""
 
     def __init__(self) -> None:
         self._sites: dict[str, _SlowSite] = {}

@@ -102,7 +102,7 @@ class _Questions:
         self._period = 0.0 if asked_at is None else _FIRST_RETRY
 
     def is_due(self, now: float) -> bool:
-        """Return whether to ask now; if so, record it."""
+        """Return whether to ask now; if so, record the request."""
         if now - self._asked_at < self._period:
             return False
         self._period = min(_LAST_RETRY, max(_FIRST_RETRY, 2 * self._period))
