@@ -83,9 +83,6 @@ class Ros2Session(ZenohSession):
 
     Raises:
         LinkError: eclipse-zenoh is not installed, cannot listen, or rejects a setting.
-
-    Attributes:
-        refused: always empty.
     """
 
     way = "zenoh"
@@ -102,7 +99,6 @@ class Ros2Session(ZenohSession):
         listen: Sequence[str] = (),
         settings: Mapping[str, str] = {},
     ) -> None:
-        self.refused: dict[str, str] = {}
         self._zid = zid
         self._node = node
         self._domain = domain
