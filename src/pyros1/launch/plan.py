@@ -12,7 +12,7 @@ from pyros1.launch.reading.on_death import OnDeath
 
 @dataclass
 class ExitPolicy:
-    """What the launcher does when a node has exited.
+    """The launcher's reaction to the exit of a node.
 
     Attributes:
         respawn: whether the node is started again.
@@ -188,7 +188,7 @@ class Plan:
         actions: rosparam dumps and deletes.
         machines: declared machines, by name.
         files: the files that were read, in order.
-        includes: which file included which, in order.
+        includes: the ``<include>`` tags, in order.
         args: name -> argument declared in a top-level file, in order.
         warnings: warnings to print.
     """

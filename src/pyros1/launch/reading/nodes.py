@@ -104,7 +104,7 @@ class NodeReader:
         if "ns" in element.attributes and not text("ns"):
             raise LaunchError(f"<{element.tag}> tag has an empty 'ns' attribute")
         node_scope = scope.child(text("ns"))
-        if text("clear_params") and flag("clear_params"):  # only here and for groups, an empty value means false
+        if text("clear_params") and flag("clear_params"):  # an empty value means false only for clear_params
             self._plan.clear_params.append(node_scope.child(name).namespace)
         self._read_children(element, node_scope, name)
         package, node_type = text("pkg") or "", text("type") or ""

@@ -1,7 +1,7 @@
 """Runs ``xacro`` in a separate process: ``python -m pyros1.launch.reading.xacro_tool ARGUMENTS``.
 
-This is the xacro from PyPI, which is installed with pyros1 and looks for packages in ROS 2's index. Here that index
-is replaced with pyros1's package finder, so ``$(find pkg)`` means the same in xacro files and launch files.
+This is the xacro from PyPI, which is installed with pyros1 and looks for packages in ROS 2's index. This module
+replaces that index with pyros1's package finder, so ``$(find pkg)`` means the same in xacro files and launch files.
 """
 
 from __future__ import annotations

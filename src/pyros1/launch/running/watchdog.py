@@ -42,7 +42,7 @@ class Watchdog:
 
     def __init__(self, sigint_timeout: float = 15.0, sigterm_timeout: float = 2.0) -> None:
         words = [sys.executable, "-I", "-S", __file__, str(sigint_timeout), str(sigterm_timeout)]
-        self._lock = threading.Lock()  # since a line that does not fit into the pipe is written in several parts
+        self._lock = threading.Lock()  # a line that does not fit into the pipe is written in several parts
         # In a new session, so that it does not receive the Ctrl-C or hang-up signal that stops the launcher.
         self._process = subprocess.Popen(
             words, stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True

@@ -58,7 +58,7 @@ class Camera:
 
     @property
     def slopes(self) -> NDArray[np.float64]:
-        """The tangent of each column's angle to the right."""
+        """The tangent of each column's angle from straight ahead, positive to the right."""
         return (np.arange(self.width, dtype=np.float64) - self.center_x) / self.focal_length
 
     @property
@@ -98,7 +98,7 @@ def read_depths(image: Any) -> tuple[NDArray[Any], float]:
 def convert(
     depths: NDArray[Any], unit: float, camera: Camera, scan_height: int, range_min: float, range_max: float
 ) -> NDArray[np.float32]:
-    """Return the ranges of a scan, one for each column of the image: the nearest point in each direction.
+    """Return the ranges of a scan, one for each column of the image: the distance to the nearest point.
 
     If a direction has no point from `range_min` to `range_max`, its range is infinity if a pixel is infinite, otherwise
     NaN (REP 117).

@@ -68,7 +68,7 @@ class AddedAnalyzers:
         return True, "Successfully initialised AnalyzerGroup. Waiting for bond to form."
 
     def _add(self, namespace: str) -> str:
-        """Create analyzers, and start to form the bond; return what is wrong, or an empty string."""
+        """Create analyzers, and start to form the bond; return an error message, or an empty string."""
         values = self._node.params.get(f"{namespace}/analyzers", None)
         place = f"{namespace}/analyzers"
         if not isinstance(values, Mapping):
@@ -101,7 +101,7 @@ class AddedAnalyzers:
     def _close(self) -> None:
         with self._bonds_lock:
             links = [link for link in self._bonds.values() if link is not None]
-        for link in links:  # all at once, since a node that hangs or was killed does not respond
+        for link in links:  # end all bonds first: `close` waits for a node that does not respond
             link.end()
         for link in links:
             link.close()

@@ -28,7 +28,7 @@ class Aggregator:
         self.group.analyzers.append(group)
 
     def remove(self, group: AnalyzerGroup) -> None:
-        """Remove analyzers that were added, if they are there."""
+        """Remove analyzers that `add` added, unless they have been removed."""
         if group in self.group.analyzers:
             self.group.analyzers.remove(group)
 

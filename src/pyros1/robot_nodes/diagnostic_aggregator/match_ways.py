@@ -14,11 +14,11 @@ MAX_NAME_LENGTH = 500
 _MAX_STEPS = 3e6  # well below a second
 _MANY = 1e12
 _REPEATS = ("MAX_REPEAT", "MIN_REPEAT", "POSSESSIVE_REPEAT")
-_Numbers = NDArray[np.float64]  # for 0, 1, 2 ... characters
+_Numbers = NDArray[np.float64]  # one number for each length: 0, 1, 2 ... characters
 
 
 class _Part(NamedTuple):
-    """The worst case for a part of an expression, in which any character could match.
+    """Counts for a part of an expression, in the worst case: every character matches.
 
     Attributes:
         ways: in how many ways it can match 0, 1, 2 ... characters.

@@ -58,7 +58,7 @@ def draw(
         camera: the camera.
         pose: the robot's x and y in m, and its heading in radians.
         distances: the distances from `sensors.cast_rays` for `Camera.angles`, in m; shape (width,).
-        faces_x: whether the walls face along x.
+        faces_x: for each column, whether the side of the wall that it shows faces along x.
         are_robots: which columns show robots.
     """
     angles = camera.angles

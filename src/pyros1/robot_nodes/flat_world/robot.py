@@ -175,7 +175,7 @@ def _rotation(heading: float) -> Any:
 
 
 def _difference(pose: _Pose, other: _Pose) -> _Pose:
-    """Return the pose of the frame in which the pose `pose` is `other`."""
+    """Return the pose of the frame relative to which ``other`` describes the same place and heading as ``pose``."""
     turn = pose[2] - other[2]
     x = pose[0] - other[0] * cos(turn) + other[1] * sin(turn)
     y = pose[1] - other[0] * sin(turn) - other[1] * cos(turn)

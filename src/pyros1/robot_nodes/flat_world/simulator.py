@@ -76,7 +76,7 @@ class Simulator:
         node.advertise_service("reset_positions", Empty, self._on_reset)
 
     def _on_reset(self, request: Any) -> Any:
-        self._must_reset = True  # between two steps
+        self._must_reset = True  # the reset is done between two steps
         return Empty._response_class()
 
     def _now(self) -> Time:

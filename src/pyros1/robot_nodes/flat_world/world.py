@@ -45,7 +45,7 @@ class Settings:
 
 
 class _Random(IntEnum):
-    """What random numbers are used for. Each use has its own generator, so they do not affect each other."""
+    """The uses of random numbers. Each use has its own generator, so they do not affect each other."""
 
     SLIPS = 0
     BIASES = 1

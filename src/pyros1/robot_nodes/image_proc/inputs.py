@@ -20,7 +20,7 @@ def subscribe_camera(node: Node, image: str, callback: Callable[[Any, Any], obje
         node: the node.
         image: the images' topic.
         callback: called with image and camera_info.
-        queue_size: how many messages of each topic wait for the other.
+        queue_size: maximum number of messages per topic that wait for their counterpart.
 
     Returns:
         Functions that end the subscriptions.

@@ -83,7 +83,7 @@ class Rectify:
         node: the node.
         namespace: the namespace of its parameter ``interpolation``.
         source, target: the topics of the images.
-        queue_size: how many images and camera_infos wait for each other.
+        queue_size: maximum number of images, and of camera_infos, that wait for their counterparts.
     """
 
     def __init__(
@@ -97,7 +97,7 @@ class Rectify:
         self._node = node
         self._source, self._queue_size = source, queue_size
         self._remap: Remap | None = None
-        self._remap_is_for: tuple[Camera, int] | None = None  # and the interpolation
+        self._remap_is_for: tuple[Camera, int] | None = None  # camera and interpolation
         self._interpolation = LINEAR
         parameters = Parameters()
         parameters.add("interpolation", LINEAR, "interpolation algorithm", minimum=0, maximum=4, choices=METHODS)
@@ -128,7 +128,7 @@ class Rectify:
 
     def _rectified(self, image: Any, info: Any) -> Any:
         if info.K[0] and is_undistorted(info):
-            return image  # as in stock ROS
+            return image  # not even copied, as in stock ROS
         camera = Camera.from_info(info)
         if camera.size != (image.height, image.width):
             raise ImageError(
@@ -141,7 +141,7 @@ class Rectify:
                 f"images with the encoding {encoding.name} cannot be rectified: take image_color or image_mono"
             )
         pixels = to_array(image)
-        remap, wanted = self._remap, (camera, self._interpolation)  # which may be changed meanwhile
+        remap, wanted = self._remap, (camera, self._interpolation)  # read once: a callback may change it
         if remap is None or self._remap_is_for != wanted:
             remap = self._remap = Remap(*camera.source_positions(), camera.size, wanted[1])
             self._remap_is_for = wanted

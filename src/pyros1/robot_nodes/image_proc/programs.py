@@ -15,11 +15,11 @@ from pyros1.robot_nodes.shared.parameters import PrivateParameters
 from pyros1.robot_nodes.shared.program import run_node
 
 PATIENCE = 60.0
-"""Seconds after which a missing input is reported, as in stock ROS; once."""
+"""Seconds after which a missing input is reported once, as in stock ROS."""
 
 
 def start_image_proc(node: Node) -> list[Any]:
-    """Start everything that publishes ``image_mono``, ``image_color``, ``image_rect`` and ``image_rect_color``."""
+    """Start the nodelets that publish ``image_mono``, ``image_color``, ``image_rect`` and ``image_rect_color``."""
     if node.resolve("camera") != node.resolve("camera", remap=False):
         node.log.warn("remapping camera has no effect: start image_proc in the namespace %s", node.resolve("camera"))
     if node.namespace == "/":

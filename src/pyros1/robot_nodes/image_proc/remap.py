@@ -39,7 +39,7 @@ class Remap:
         whole_y, fraction_y = _split(y, size[0], interpolation)
         self._places = (whole_y + 1) * self._row + whole_x + 1
         outside = (whole_x < -1) | (whole_x >= size[1]) | (whole_y < -1) | (whole_y >= size[0])
-        self._places[outside] = (size[0] + 1) * self._row  # whose right, lower and lower right neighbours are black
+        self._places[outside] = (size[0] + 1) * self._row  # a pixel whose neighbours are also black
         self._is_linear = interpolation == LINEAR
         # Small types: converting them each time takes no longer than fetching larger numbers from memory.
         self._weights = [
@@ -53,7 +53,8 @@ class Remap:
         """Return an image remapped.
 
         Args:
-            pixels: an array of shape (height, width) or (height, width, channels), of the size for which this map is.
+            pixels: an array of shape (height, width) or (height, width, channels), with the ``size`` passed to the
+                constructor.
 
         Returns:
             An array with the shape of the map, and the same number and type of channels.

@@ -9,7 +9,7 @@ import numpy as np
 Array = np.ndarray[Any, Any]
 NEAREST, LINEAR, CUBIC, AREA, LANCZOS = range(5)
 METHODS = {"NN": NEAREST, "Linear": LINEAR, "Cubic": CUBIC, "Lanczos4": LANCZOS}
-"""The methods of dynamic_reconfigure by name. Cubic and Lanczos4 are computed as Linear."""
+"""Name of a method in dynamic_reconfigure -> the method used. Cubic and Lanczos4 are computed as Linear."""
 
 
 def resize(

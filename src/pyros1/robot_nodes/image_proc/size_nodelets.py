@@ -78,7 +78,7 @@ class CropDecimate:
 
     Args:
         node: the node, whose private parameters configure it.
-        queue_size: how many images and camera_infos wait for each other.
+        queue_size: maximum number of images, and of camera_infos, that wait for their counterparts.
     """
 
     def __init__(self, node: Node, queue_size: int) -> None:

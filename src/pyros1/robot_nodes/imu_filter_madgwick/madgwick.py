@@ -111,7 +111,7 @@ class MadgwickFilter(OrientationFilter[Settings]):
             rx, ry, rz = rx - self._bias[0], ry - self._bias[1], rz - self._bias[2]
         turned = product(orientation, from_rotation_vector(rx * seconds, ry * seconds, rz * seconds))
         if descent is not None:
-            # After a step of a quarter of the gradient, gravity agrees; a longer one would amplify rounding errors.
+            # A step of a quarter of the gradient aligns gravity; a longer one would amplify rounding errors.
             # After a step of 1, the length might be 0, which cannot be normalized.
             factor = -min(settings.gain * seconds, size / 4.0, 0.5)
             turned = _sum(turned, (descent[0] * factor, descent[1] * factor, descent[2] * factor, descent[3] * factor))

@@ -40,7 +40,7 @@ class Madgwick:
         for name, default in DEFAULTS.items():
             self._config[name] = parameters.number(name, default)
             if parameters.value(name) is not None and not is_number(parameters.value(name)):
-                node.params[f"~{name}"] = default  # the server would report_invalid the value
+                node.params[f"~{name}"] = default  # the server would also report the invalid value
         self._server = Server(node, _make_parameters(), self._on_configured)
         debug = parameters.flag("publish_debug_topics", False)
         if debug:

@@ -11,7 +11,7 @@ from contextlib import closing
 
 DEVICES = "/dev/input/js*"
 _READ_SIZE = 64 * 8
-# Requests of linux/joystick.h: read one byte, or a string of that many bytes.
+# Requests (ioctl) of linux/joystick.h. The first two read one byte; the last one reads _NAME_SIZE bytes.
 _GET_AXES, _GET_BUTTONS = 0x80016A11, 0x80016A12
 _NAME_SIZE = 128
 _GET_NAME = 0x80006A13 | _NAME_SIZE << 16

@@ -1,4 +1,4 @@
-"""The state of a joystick, and when it is published."""
+"""The state of a joystick, and the schedule for publishing it."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ MAX_DEADZONE = 0.9
 
 @dataclass(frozen=True)
 class Settings:
-    """How a joystick's events become messages; see https://wiki.ros.org/joy.
+    """Rules for converting a joystick's events to messages; see https://wiki.ros.org/joy.
 
     Attributes:
         deadzone: how far an axis must be from the centre to count, as a fraction from 0 to `MAX_DEADZONE`.
@@ -54,14 +54,14 @@ class Joystick:
         self._moved: set[int] = set()
 
     def open(self, axes: int, buttons: int, now: float) -> None:
-        """The device has been opened, with the given numbers of axes and buttons, or 0 if they are unknown."""
+        """Handle the opening of the device; the numbers of its axes and buttons are 0 if unknown."""
         self.axes, self.buttons = [0.0] * axes, [0] * buttons
         self._is_open = True
         self._due, self._last = None, now
         self._pressed, self._moved = set(), set()
 
     def close(self, now: float) -> None:
-        """The device has been unplugged: release all buttons and centre all axes."""
+        """Handle the unplugging of the device: release all buttons and centre all axes."""
         if self._is_open:
             self.axes, self.buttons = [0.0] * len(self.axes), [0] * len(self.buttons)
             self._is_open = False
@@ -84,7 +84,7 @@ class Joystick:
         return self._last + 1 / self._settings.autorepeat_rate
 
     def published(self, now: float) -> None:
-        """The state has been published."""
+        """Record that the state has been published."""
         self._due, self._last = None, now
 
     def _move(self, event: Event) -> None:

@@ -42,7 +42,7 @@ class FilterChain:
         name = "filter_chain" if parameters.value("filter_chain") is not None else "scan_filter_chain"
         if name == "filter_chain":
             node.log.warn("the parameter ~filter_chain is deprecated: use ~scan_filter_chain")
-        if parameters.value(name) is None:  # as in stock ROS, which says nothing
+        if parameters.value(name) is None:  # as in stock ROS, but with a warning
             node.log.warn("the parameter %s/%s is not set: scans are passed on as they are", node.name, name)
         report = partial(node.log.error, "%s")
         self._filters = make_chain(parameters.value(name), f"{node.name}/{name}", report)

@@ -11,7 +11,7 @@ from pyros1.robot_nodes.robot_localization.motion import ACCELERATION, ANGULAR, 
 
 @dataclass
 class Control:
-    """The latest commanded velocity, and what the robot can do.
+    """The latest commanded velocity, and the limits of the robot's acceleration.
 
     The six directions are vx, vy, vz, vroll, vpitch, vyaw.
 
@@ -46,7 +46,7 @@ class Control:
 
     def apply(self, state: Array, seconds: float, time: int) -> Array:
         """Return a state (15,) that accelerates as commanded: its linear accelerations are set, and its angular
-        velocities are those after a time in seconds.
+        velocities are those after ``seconds``.
         """
         accelerations = self.accelerations(state[6:12], time)
         state = state.copy()

@@ -48,7 +48,7 @@ class Measurement:
 
 
 class Ekf:
-    """An estimate of the state, with its covariance.
+    """An extended Kalman filter: an estimate of the state, with its covariance.
 
     Args:
         process_noise: the growth of the covariance per second (15, 15).
@@ -75,7 +75,7 @@ class Ekf:
         self.covariance[measurement.indices[:, None], measurement.indices] = measurement.covariance
 
     def predict(self, seconds: float, control: Control | None = None, time: int = 0) -> None:
-        """Predict the state some seconds later.
+        """Predict the state after ``seconds``, and make it the estimate.
 
         Args:
             seconds: how much later.

@@ -57,7 +57,7 @@ class SensorInput:
         self._twist = TwistPart(sensor.name, masks["twist"], sensor.twist_threshold, settings.flat)
         self._velocity = TwistPart(
             sensor.name, velocity_mask(masks["pose"]), sensor.pose_threshold, settings.flat
-        )  # of differential poses
+        )  # velocities computed from poses (``_differential``)
         self._acceleration = AccelerationPart(
             sensor.name, masks["acceleration"], sensor.acceleration_threshold, settings.flat
         )

@@ -51,7 +51,7 @@ class LocalPlane:
     def inverse(self, east: float, north: float) -> tuple[float, float]:
         """Return the latitude and longitude in degrees of a position in metres east and north of the origin."""
         up, latitude, longitude = 0.0, self.latitude, self.longitude
-        for _ in range(_STEPS):  # until the place below or above the plane has the plane's altitude
+        for _ in range(_STEPS):  # moves up or down until the place has the plane's altitude
             place = self._origin + np.array((east, north, up)) @ self._axes
             latitude, longitude, altitude = _to_degrees(*place.tolist())
             up += self.altitude - altitude

@@ -1,4 +1,4 @@
-"""How a robot's state changes with time: the motion model of ekf_localization_node. Pure.
+"""The motion model of ekf_localization_node: predicts how a robot's state changes with time. Pure.
 
 A state is an array (15,): x, y, z, roll, pitch, yaw in the world frame; the velocities vx, vy, vz, vroll, vpitch, vyaw
 and the accelerations ax, ay, az in the robot's frame. Units are metres, radians and seconds; rotations are as in
@@ -69,7 +69,7 @@ def wrap_angles(angles: Any) -> Any:
 
 
 def predict(state: Array, seconds: float) -> tuple[Array, Array]:
-    """Return the state (15,) some seconds later, and its Jacobian (15, 15) with respect to the given state.
+    """Return the state (15,) after ``seconds``, and its Jacobian (15, 15) with respect to the given state.
 
     Args:
         state: the state (15,).
@@ -101,17 +101,17 @@ def predict(state: Array, seconds: float) -> tuple[Array, Array]:
     jacobian.put(
         _DERIVATIVES,
         (
-            *(xz * py - xy * pz, yz * py - yy * pz, zz * py - zy * pz),  # of the position by roll, pitch and yaw
+            *(xz * py - xy * pz, yz * py - yy * pz, zz * py - zy * pz),  # d position / d roll, pitch, yaw
             *(cy * dz, sy * dz, -sy * dy - cy * dx),
             *(-dy, dx),
-            *(seconds * part for part in rotation),  # by the velocity
-            *(half_square * part for part in rotation),  # by the acceleration
-            *(1.0 + seconds * tp * along, -seconds * across, seconds * along / cp),  # of the angles by roll and pitch
+            *(seconds * part for part in rotation),  # d position / d velocity
+            *(half_square * part for part in rotation),  # d position / d acceleration
+            *(1.0 + seconds * tp * along, -seconds * across, seconds * along / cp),  # d angles / d roll, pitch
             *(seconds * across / (cp * cp), seconds * across * tp / cp),
-            *(seconds, seconds * sr * tp, seconds * cr * tp),  # by their rates
+            *(seconds, seconds * sr * tp, seconds * cr * tp),  # d angles / d their rates
             *(0.0, seconds * cr, -seconds * sr),
             *(0.0, seconds * sr / cp, seconds * cr / cp),
-            *(seconds, seconds, seconds),  # of the velocity by the acceleration
+            *(seconds, seconds, seconds),  # d velocity / d acceleration
         ),
     )
     return after, jacobian

@@ -26,7 +26,7 @@ _NO_FIX, _GBAS_FIX, _KNOWN = -1, 2, 3  # constants of NavSatStatus and NavSatFix
 
 @dataclass(frozen=True)
 class Heading:
-    """What to add to the heading that an IMU reports, in radians.
+    """Corrections, in radians, to add to the heading that an IMU reports.
 
     Attributes:
         declination: the magnetic declination, if the IMU's heading is from magnetic north.

@@ -273,7 +273,7 @@ def rotate_mask(mask: Mask, frame: Frame) -> Mask:
 
 
 class Mount:
-    """How an IMU is mounted on the robot.
+    """The mounting of an IMU on the robot.
 
     Args:
         frame: the IMU's frame on the robot.

@@ -35,7 +35,7 @@ class SensorSettings:
         name: such as ``odom0``.
         topic: its topic.
         mask: which variables are used (15,).
-        queue_size, nodelay: for the subscription.
+        queue_size, nodelay: options of the subscription.
         differential, relative: whether to use its pose as a velocity, or relative to its first one.
         pose_threshold, twist_threshold, acceleration_threshold: Mahalanobis distances at which it is rejected.
         removes_gravity: whether to remove gravity from its accelerations.

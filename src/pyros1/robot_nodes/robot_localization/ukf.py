@@ -1,7 +1,7 @@
 """The unscented Kalman filter of ukf_localization_node. Pure.
 
-It predicts how states around the estimate change, whereas the extended filter uses derivatives of the motion model.
-Since measurements are variables of the state, they correct the estimate as in the extended filter.
+It applies the motion model to sigma points around the estimate, whereas the extended filter uses the model's
+derivatives. Since measurements are variables of the state, they correct the estimate as in the extended filter.
 
 See Wan and van der Merwe, The unscented Kalman filter for nonlinear estimation, 2000.
 """
@@ -29,7 +29,7 @@ from pyros1.robot_nodes.robot_localization.motion import (
 
 @dataclass(frozen=True)
 class Spread:
-    """How the sigma points are spread around the estimate.
+    """The parameters of the sigma points' spread around the estimate.
 
     Attributes:
         alpha: affects how far they are from the estimate; more than 0.
@@ -43,11 +43,11 @@ class Spread:
 
 
 class Ukf(Ekf):
-    """An estimate of the state, with its covariance.
+    """An unscented Kalman filter: an estimate of the state, with its covariance.
 
     Args:
         process_noise, covariance, state, dynamic_noise: see `Ekf`.
-        spread: how the states around the estimate are chosen.
+        spread: the spread of the sigma points.
     """
 
     def __init__(
@@ -64,7 +64,7 @@ class Ukf(Ekf):
         self._bend = spread.beta - spread.alpha**2
 
     def predict(self, seconds: float, control: Control | None = None, time: int = 0) -> None:
-        """Predict the state some seconds later; see `Ekf.predict` for the arguments."""
+        """Predict the state after ``seconds``, and make it the estimate; see `Ekf.predict` for the arguments."""
         state = self.state if control is None else control.apply(self.state, seconds, time)
         offsets = np.sqrt(self._scale) * _square_root(self.covariance).T
         offsets = np.concatenate((offsets, -offsets))
@@ -81,7 +81,7 @@ class Ukf(Ekf):
 
 
 def change(states: Array, seconds: float) -> Array:
-    """Return the changes (n, 15) of states (n, 15) over some seconds: the motion model for many states at once.
+    """Return the changes (n, 15) of states (n, 15) after ``seconds``: the motion model for many states at once.
 
     Angles are not wrapped.
     """
@@ -106,10 +106,10 @@ def _square_root(covariance: Array) -> Array:
     root: Array
     try:
         root = np.asarray(np.linalg.cholesky(covariance))
-    except np.linalg.LinAlgError:  # it has variances of 0, or negative ones because of rounding
+    except np.linalg.LinAlgError:  # variances are 0, or negative because of rounding
         try:
             values, vectors = np.linalg.eigh(covariance)
             root = vectors * np.sqrt(np.maximum(values, 0.0))
-        except np.linalg.LinAlgError:  # it is not finite, so the estimate is not either: callers check this
+        except np.linalg.LinAlgError:  # not finite, so the estimate is not either: callers check this
             root = np.full_like(covariance, np.nan)
     return root

@@ -31,7 +31,7 @@ _LEVELS = ("debug", "info", "warn", "error", "fatal")
 
 
 class Board:
-    """The host's side of one board.
+    """The host's side of the link to one board.
 
     Args:
         node: the node that has the board's topics and services.

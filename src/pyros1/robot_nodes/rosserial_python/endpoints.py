@@ -39,7 +39,7 @@ class Endpoints:
     Args:
         node: the node that has them.
         send: sends a serialized message to the board; returns whether it was sent.
-        submit: runs a function in a thread that may wait.
+        submit: runs a function in a thread that may block.
         servers: the services of all boards.
         name: the board's name, for the log.
     """
@@ -210,7 +210,7 @@ class _BoardServer(_Part):
     def _call(self, request: Any) -> Any:
         with self._lock:
             while not self._responses.empty():
-                self._responses.get_nowait()  # the response to a call that timed out
+                self._responses.get_nowait()  # discard the response to a call that timed out
             if not self._send_message(request):
                 raise ServiceError(f"{self._name}: the board is not connected")
             try:

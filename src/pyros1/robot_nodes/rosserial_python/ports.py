@@ -54,7 +54,7 @@ class SerialPort:
 
     def __init__(self, name: str, baud: int) -> None:
         try:
-            serial: Any = import_module("serial")  # in an extra
+            serial: Any = import_module("serial")  # an optional dependency
         except ImportError:
             raise PortError("serial lines need pyserial: pip install 'pyros1[serial]'") from None
         self._name = name

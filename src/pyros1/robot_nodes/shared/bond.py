@@ -17,7 +17,7 @@ HEARTBEAT_TIMEOUT: float = Constants.DEFAULT_HEARTBEAT_TIMEOUT
 
 
 class State(Enum):
-    """The state of one side."""
+    """The state of one side of a bond."""
 
     WAITING = auto()  # for the other side
     ALIVE = auto()
@@ -60,7 +60,7 @@ class Bond:
             return
         if self.state is State.WAITING and status.active:
             self._other, self.state = status.instance_id, State.ALIVE
-        if status.instance_id != self._other:  # an earlier bond's end, or a third process
+        if status.instance_id != self._other:  # from an earlier bond, or a third process
             return
         if self.state is State.ALIVE and status.active:
             self._deadline = now + self._heartbeat_timeout

@@ -11,7 +11,7 @@ from pyros1.tf.rotation import Quaternion, Vector
 
 
 def product(first: Quaternion, second: Quaternion) -> Quaternion:
-    """Return the product of two quaternions: as rotations, ``second``, then ``first``."""
+    """Return the product of two quaternions; as a rotation, it applies ``second`` before ``first``."""
     ax, ay, az, aw = first
     bx, by, bz, bw = second
     return (

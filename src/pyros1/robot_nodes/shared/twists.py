@@ -1,4 +1,4 @@
-"""Checks velocity commands (geometry_msgs/Twist), and publishes them so that robots are stopped in the end."""
+"""Checks and publishes velocity commands (geometry_msgs/Twist), and stops the robot when the node ends."""
 
 from __future__ import annotations
 

@@ -40,8 +40,8 @@ def yaml_number(value: object) -> float | None:
     """Convert a value from a YAML file to a finite number; None if it is not one.
 
     Args:
-        value: a value that PyYAML has read. PyYAML reads 1e-05 as text, since YAML 1.1 requires 1.0e-05; but C++ and
-            other programs write numbers in this way, and yaml-cpp reads them.
+        value: a value that PyYAML has read. PyYAML reads 1e-05 as a string, since YAML 1.1 requires 1.0e-05; but C++
+            and other programs write numbers in this way, and yaml-cpp reads them.
     """
     if isinstance(value, str) and len(value) <= _MAX_NUMBER_LENGTH and _NUMBER.fullmatch(value):
         number = float(value)

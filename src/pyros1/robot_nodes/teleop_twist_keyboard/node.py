@@ -179,7 +179,7 @@ class _Interrupts:
 
     def __enter__(self) -> _Interrupts:
         for number in TERMINATION_SIGNALS:
-            with contextlib.suppress(ValueError):  # not in the main thread
+            with contextlib.suppress(ValueError):  # raised outside the main thread
                 self._previous[number] = signal.signal(number, self._note)
         return self
 

@@ -31,7 +31,7 @@ class Arbiter:
         self._locked: list[tuple[float, bool] | None] = [None] * len(locks)
 
     def command(self, topic: int, now: float) -> bool:
-        """A command has arrived on a topic: return whether to pass it on."""
+        """Handle a command on a topic; return whether to pass it on."""
         self._received[topic] = now
         if self._selected(now) != topic:
             return False
@@ -39,7 +39,7 @@ class Arbiter:
         return True
 
     def lock(self, lock: int, is_on: bool, now: float) -> None:
-        """A message has arrived on a lock's topic."""
+        """Handle a message on a lock's topic."""
         self._locked[lock] = (now, is_on)
 
     def must_stop(self, now: float) -> bool:

@@ -1,8 +1,8 @@
 """joystick_relay.py: scales a joystick's commands, and publishes whether the joystick has priority.
 
 Commands from -1 to 1 on joy_vel_in become speeds on joy_vel_out. joy_priority, a lock of twist_mux, is true while the
-joystick drives the robot. The actions joy_priority_action, joy_turbo_increase and others change this and the speeds.
-See https://wiki.ros.org/twist_mux.
+joystick drives the robot. The actions joy_priority_action, joy_turbo_increase and others change the priority and the
+speeds. See https://wiki.ros.org/twist_mux.
 """
 
 from __future__ import annotations

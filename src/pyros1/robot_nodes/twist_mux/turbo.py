@@ -1,4 +1,4 @@
-"""Speeds of a joystick that are raised and lowered in steps."""
+"""The speeds that a joystick commands; they are raised and lowered in steps."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class Range:
 
 @dataclass(frozen=True)
 class Ranges:
-    """The ranges of all speeds, and the steps."""
+    """The ranges of all speeds, and the number of steps."""
 
     forward: Range
     backward: Range

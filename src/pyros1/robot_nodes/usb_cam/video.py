@@ -60,7 +60,7 @@ class AvVideo:
 
     def __init__(self, source: str, format: str | None, options: Mapping[str, str], pixels: str) -> None:
         try:
-            av: Any = import_module("av")  # in an extra
+            av: Any = import_module("av")  # an optional dependency
         except ImportError:
             raise VideoError("cameras need PyAV: pip install 'pyros1[video]'") from None
         self._source, self._pixels = source, pixels

@@ -54,7 +54,7 @@ def read_config(text: str, where: str) -> Config:
 
 
 def _with_numbers(sources: Any) -> Any:
-    """Convert numbers such as 1e-1, which are text in YAML 1.1, to numbers in a list of sources."""
+    """Return a list of sources in which values such as 1e-1, which are strings in YAML 1.1, are numbers."""
     if not isinstance(sources, list):
         return sources
     return [_with_number(_with_number(source, "timeout"), "priority") for source in sources]

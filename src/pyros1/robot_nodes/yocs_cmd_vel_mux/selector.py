@@ -31,7 +31,7 @@ class Selector:
         return IDLE if self._allowed is None else self._sources[self._allowed].name
 
     def command(self, source: int, now: float) -> bool:
-        """A command has arrived from a source: return whether to pass it on."""
+        """Handle a command from a source; return whether to pass it on."""
         self.must_stop(now)
         allowed = self._allowed
         if allowed not in (None, source) and self._sources[source].priority <= self._sources[allowed].priority:

@@ -74,13 +74,13 @@ class Smoother:
         self._period = period
         self._feedback = feedback
         self._target = self._last = STANDSTILL
-        self._robot = (STANDSTILL, -inf)  # and when it was last known
+        self._robot = (STANDSTILL, -inf)  # its last known velocity, and when that was known
         self._is_active = False
         self._received: float | None = None
         self._periods: deque[float] = deque(maxlen=_PERIODS)
 
     def command(self, velocity: Velocity, now: float) -> None:
-        """A command has arrived."""
+        """Handle a command."""
         if self._received is not None:
             self._periods.append(now - self._received)
         self._received = now
@@ -88,11 +88,11 @@ class Smoother:
         self._target = Velocity(*map(_clamp, velocity, self.limits.speed))
 
     def robot_moves(self, velocity: Velocity, now: float) -> None:
-        """The robot moves with this velocity."""
+        """Record the robot's current velocity."""
         self._robot = (velocity, now)
 
     def on_stopped(self) -> None:
-        """The robot has been stopped immediately; it stands still until the next command."""
+        """Record that the robot has been stopped immediately; it stands still until the next command."""
         self._target = self._last = STANDSTILL
         self._is_active = False
 
