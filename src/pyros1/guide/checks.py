@@ -45,7 +45,7 @@ MAX_ERROR_LINES = 5
 
 
 class CheckContext:
-    """What a check needs: the reader's folder, and a node.
+    """The context of a check: the reader's folder, and a node that inspects the running system.
 
     The node is only created when it is used, so that checks of files need no master.
 

@@ -168,7 +168,7 @@ def pages() -> dict[str, GuidePage]:
 
 
 class _Style(NamedTuple):
-    """How headings and commands are highlighted in a terminal.
+    """The highlighting of headings and commands in a terminal.
 
     Attributes:
         colour: whether the terminal supports escape sequences; if not, commands keep their backticks.

@@ -11,10 +11,10 @@ from pyros1.test_nodes.common import FailedError, Test
 
 
 def tests(node: Node) -> dict[str, Test]:
-    """Return the test case, by name: there are analyzers, and all of them can be created.
+    """Return the only test case, by name: it passes if there are analyzers, and all of them can be created.
 
     Args:
-        node: the node; its parameters are ~analyzers.
+        node: the node; its parameter ~analyzers defines the analyzers.
     """
     return {"analyzerLoading": partial(_load, node)}
 

@@ -20,11 +20,11 @@ _ZENOH_OPTIONS = {"connect": "--to", "listen": "--listen", "keys": "--keys", "in
 
 
 class Way(NamedTuple):
-    """How the bridge connects to ROS 2.
+    """One of the two ways in which the bridge connects to ROS 2.
 
     Attributes:
         name: ``rclpy`` or ``zenoh``.
-        note: why it is zenoh, if the command line did not select it; otherwise empty.
+        note: the reason for choosing zenoh, if the command line did not select it; otherwise empty.
     """
 
     name: str
@@ -92,7 +92,8 @@ def packages_line() -> str:
 def check_way(way: Way, listen: Sequence[str]) -> None:
     """Raise an error if something that the way needs is missing.
 
-    Called before the node starts, since that ends another bridge with its name, which may be the program that listens.
+    Called before the node starts: starting it shuts down another bridge of the same name, which may be the program that
+    listens.
 
     Args:
         way: how the bridge gets to ROS 2.
@@ -146,9 +147,9 @@ def make_side(
 
     Args:
         way: how it gets to ROS 2.
-        name: the name of its node there.
+        name: the name of the bridge's node in ROS 2.
         domain: the ROS domain.
-        connect, listen, settings: of zenoh.
+        connect, listen, settings: zenoh's endpoints and settings.
     """
     if way.name == "rclpy":
         from pyros1.ros2.rclpy_side.session import RclpySession  # noqa: PLC0415

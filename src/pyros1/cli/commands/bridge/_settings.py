@@ -66,7 +66,8 @@ def read_file(name: str) -> str:
 
 
 def beside(name: str, file: str) -> str:
-    """Resolve a path in a file, which is relative to that file."""
+    """Return a path that is relative to a file's folder, as one relative to the working directory; absolute paths
+    stay."""
     return str(Path(file).parent / Path(name).expanduser())
 
 

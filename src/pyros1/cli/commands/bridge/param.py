@@ -69,7 +69,7 @@ def _ask(invocation: Invocation, request: Any) -> Any:
     """Return a site's answer through the first bridge of this master that gets one.
 
     Raises:
-        CommandError: none gets one.
+        CommandError: no bridge gets an answer.
     """
     from pyros1.bridge.local_graph import find_bridges  # noqa: PLC0415
     from pyros1.bridge.parameters import PARAMETER_SERVICE, decode_parameter_response, encode_parameter_request  # noqa: PLC0415

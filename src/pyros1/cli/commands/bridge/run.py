@@ -55,7 +55,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int | None:
         print(*map(one_line, explain(config)), sep="\n")
         try:
             _read_keys(config)
-        except KeysError as error:  # the machine where the file is written may have none
+        except KeysError as error:  # the file may be written on a machine without keys
             _warn([str(error)])
         return None
     if not config.connect and not config.listen:

@@ -36,7 +36,7 @@ def pause(seconds: float) -> None:
 
 
 def _show(invocation: Invocation, as_json: bool, before: str) -> int:
-    """Print the status of each bridge, after a text; return the exit code."""
+    """Print ``before``, then the status of each bridge; return the exit code."""
     from pyros1.bridge.status import status_lines  # noqa: PLC0415
     from pyros1.doctor.bridge_status import fetch_statuses  # noqa: PLC0415
 
