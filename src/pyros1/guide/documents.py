@@ -181,7 +181,7 @@ class _Style(NamedTuple):
         return f"{_BOLD}{text}{_RESET}" if self.colour and text else text
 
     def highlight_commands(self, text: str) -> str:
-        """Return a text, of one or more lines, with its commands highlighted."""
+        """Return a string, of one or more lines, with its commands highlighted."""
         if not self.colour:
             return text
         return _COMMAND.sub(lambda match: "\n".join(map(self.bold, match[1].split("\n"))), text)
@@ -225,7 +225,7 @@ def format_for_terminal(page: GuideStep | GuidePage, width: int, colour: bool) -
 
 
 def remove_markup(text: str) -> str:
-    """Return a text without its markup, except the backticks around commands. Links are followed by their targets."""
+    """Return a string without its markup, except the backticks around commands. Links are followed by their targets."""
 
     def replacement(match: re.Match[str]) -> str:
         if match["label"] is None:

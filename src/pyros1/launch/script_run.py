@@ -135,7 +135,7 @@ class ProcessHandle:
 
     @property
     def spawn_count(self) -> int:
-        """How many times the node was started."""
+        """The number of times that the node was started."""
         return self._process.spawn_count
 
     def is_alive(self) -> bool:

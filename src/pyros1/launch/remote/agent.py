@@ -118,7 +118,7 @@ class Agent:
         try:
             for thread in os.listdir(f"/proc/{pid}/task"):
                 os.sched_setscheduler(int(thread), os.SCHED_FIFO, os.sched_param(priority))
-        except (FileNotFoundError, ProcessLookupError):  # it has ended
+        except (FileNotFoundError, ProcessLookupError):  # the process has exited
             pass
         except (OSError, AttributeError) as error:
             text = f"[{label}] cannot get real-time priority {priority}: {error}\n"

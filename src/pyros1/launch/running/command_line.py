@@ -56,7 +56,7 @@ def check_script(node: NodePlan, executable: Path, environ: Mapping[str, str]) -
         LaunchError: the system cannot start the script; the message says why.
     """
     env = {**environ, **node.env}
-    if node.prefix or executable_words(executable, env)[0] != str(executable):  # it is run by another program
+    if node.prefix or executable_words(executable, env)[0] != str(executable):  # another program runs the executable
         return
     problem = script_problem(executable, env)
     if problem:

@@ -80,7 +80,7 @@ class CoreJournal:
         # /rosout was part of the previous core, and this core has its own.
         unreachable = [name for name in unreachable if name != "/rosout"]
         if not num_reachable and not unreachable:
-            return  # there were only parameters
+            return  # the journal had only parameters, no nodes
         text = f"resumed with {num_reachable} {'node' if num_reachable == 1 else 'nodes'} from the previous master"
         if unreachable:
             text += f"; no longer running: {', '.join(unreachable[:20])}{' ...' if len(unreachable) > 20 else ''}"

@@ -24,7 +24,7 @@ class Screen:
     Args:
         out: stream for their standard output.
         err: stream for their standard error.
-        colour: whether to colour names; None does so on terminals.
+        colour: whether to colour names; None to colour them only on terminals.
     """
 
     def __init__(self, out: TextIO, err: TextIO, *, colour: bool | None = None) -> None:

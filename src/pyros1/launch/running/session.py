@@ -63,7 +63,7 @@ _TIME_LIMIT = "time limit"
 
 @dataclass
 class TestAttempt:
-    """A test to run; the launch is shut down when it exits.
+    """A test to run; the launch is shut down when the test exits.
 
     Attributes:
         test: the test, which is started after all nodes.

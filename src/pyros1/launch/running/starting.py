@@ -143,7 +143,7 @@ class Starter:
         )
 
     def start_test(self, test: TestPlan) -> None:
-        """Start a test; the launch is shut down when it exits.
+        """Start a test; the launch is shut down when the test exits.
 
         Raises:
             LaunchError: the test cannot be started.

@@ -34,7 +34,7 @@ Event = tuple[Literal["exit", "stop", "hurry", "call"], "_Exit | str | Callable[
 
 
 class _Exit(NamedTuple):
-    """The exit of a process, with the number of the run: it may be restarted before the event is handled."""
+    """The exit of a process, with the number of the run: the process may be restarted before the event is handled."""
 
     process: Process
     run_number: int

@@ -33,7 +33,7 @@ class AddedAnalyzers:
         lock: guards the aggregator.
         aggregator: the aggregator to which analyzers are added.
         factory: creates the analyzers.
-        base_path: the path above them in the tree.
+        base_path: the parent path of the analyzers in the tree.
     """
 
     def __init__(

@@ -14,7 +14,7 @@ class Aggregator:
 
     Args:
         group: the analyzers.
-        base_path: the path above the items that match none.
+        base_path: the parent path of the items that match none.
         other_as_errors: whether such items are errors.
         now: the time in seconds.
     """

@@ -24,7 +24,7 @@ _PAIR_SIZE = 100  # approximate size of a pair of key and value, in addition to 
 
 
 def combine(levels: Iterable[int]) -> int:
-    """Return the level of a group: the worst one, except that STALE becomes ERROR unless all are STALE."""
+    """Return the level of a group, the worst of the given levels; but STALE becomes ERROR unless all are STALE."""
     levels = set(levels)
     worst = max(levels, default=OK)
     return ERROR if worst == STALE and levels != {STALE} else worst
@@ -32,7 +32,7 @@ def combine(levels: Iterable[int]) -> int:
 
 @dataclass
 class _Item:
-    """The latest status of one name in /diagnostics."""
+    """The latest status with a certain name in /diagnostics."""
 
     status: Any
     updated_at: float
@@ -152,7 +152,7 @@ class GenericAnalyzer(Analyzer):
         return [make_header(self.path, level, values, message), *statuses]
 
     def ignored_some(self, now: float) -> bool:
-        """Return whether diagnostics were recently ignored because they are too many or too large."""
+        """Return whether diagnostics were recently ignored because there were too many, or they were too large."""
         return self._ignored_at is not None and 0 <= now - self._ignored_at <= DEFAULT_TIMEOUT
 
     def _is_stale(self, item: _Item, now: float) -> bool:
@@ -203,7 +203,7 @@ class OtherAnalyzer(GenericAnalyzer):
     """Collects the items that match no other analyzer.
 
     Args:
-        base_path: the path above it.
+        base_path: the analyzer's parent path in the tree.
         now: the time in seconds.
         as_errors: whether such items are errors.
     """
@@ -266,7 +266,7 @@ class AnalyzerGroup(Analyzer):
 
 
 def make_header(path: str, level: int, values: Iterable[tuple[str, str]], message: str = "") -> DiagnosticStatus:
-    """Return a status with keys and values; its message is the word for its level if none is given."""
+    """Return a status with keys and values; if no message is given, it is the word for the level."""
     pairs = [KeyValue(key, value) for key, value in values]
     return DiagnosticStatus(level=level, name=path, message=message or _LEVEL_WORDS[level], values=pairs)
 

@@ -52,7 +52,7 @@ class AnalyzerFactory:
             specifications: the parameters of each analyzer, by a name that only determines the order.
             namespace: the namespace of these parameters, for reports.
             now: the time in seconds.
-            depth: the number of groups around this group.
+            depth: the number of groups that contain this group.
         """
         analyzers: list[Analyzer] = []
         problems: list[tuple[str, str]] = []

@@ -79,7 +79,7 @@ class _Counter:
         if operation in ("ASSERT", "ASSERT_NOT"):  # tried once, and consumes nothing
             direction, body = argument
             steps = self.count_sequence(body).steps
-            if direction < 0:  # it looks back, where there are enough characters
+            if direction < 0:  # a lookbehind: assume that enough characters precede
                 steps = _no_characters() * steps.sum()
             return _Part(_no_characters(), self._checked(_no_characters() + steps))
         if operation in ("AT", "GROUPREF"):  # the length of a reference is unknown; 0 is the worst case
@@ -110,7 +110,7 @@ class _Counter:
 
 
 def _join(first: _Numbers, second: _Numbers) -> _Numbers:
-    """Return the numbers for a sequence of two parts, given the numbers for each."""
+    """Return the numbers for two parts in sequence, given the numbers for each part."""
     return _limited(np.convolve(first, second)[: MAX_NAME_LENGTH + 1])
 
 

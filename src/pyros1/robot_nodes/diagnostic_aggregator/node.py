@@ -21,7 +21,7 @@ _MIN_RATE, _MAX_RATE = 0.01, 1000.0
 class AggregatorNode:
     """Receives /diagnostics, and publishes /diagnostics_agg and /diagnostics_toplevel_state.
 
-    Other nodes may add analyzers with the service /diagnostics_agg/add_diagnostics; see `AddedAnalyzers`.
+    Other nodes can add analyzers with the service /diagnostics_agg/add_diagnostics; see `AddedAnalyzers`.
 
     Args:
         node: the node.

@@ -20,7 +20,8 @@ class UncalibratedError(ImageError):
 
 @dataclass(frozen=True)
 class Camera:
-    """The properties that rectification needs. Cameras are equal if their images are rectified in the same way.
+    """The properties of a camera that rectification needs. Cameras are equal if their images are rectified in the same
+    way.
 
     Attributes:
         size: height and width of its images, in pixels.

@@ -15,7 +15,7 @@ _MIN_SINE = 1e-3
 
 
 class WorldFrame(Enum):
-    """Where the world frame's axes x, y and z point: east, north, up; north, east, down; or north, west, up."""
+    """The directions of the world frame's axes x, y and z: east, north, up; north, east, down; or north, west, up."""
 
     ENU = "enu"
     NED = "ned"

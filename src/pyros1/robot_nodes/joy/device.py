@@ -20,7 +20,7 @@ _GET_NAME = 0x80006A13 | _NAME_SIZE << 16
 class Device:
     """An open joystick.
 
-    Anything that sends joystick events will do, such as a pipe; its name and number of axes and buttons are unknown.
+    The path may also be a pipe or anything else that sends joystick events; the name and the numbers are then unknown.
 
     Args:
         path: the device.

@@ -27,7 +27,7 @@ _OUTPUT_QUEUE_SIZE = 1000
 
 
 class FilterChain:
-    """Filters ``scan`` and publishes ``scan_filtered``; other nodes may change the filters (see `FilterServer`).
+    """Filters ``scan`` and publishes ``scan_filtered``; other nodes can change the filters (see `FilterServer`).
 
     Args:
         node: the node.

@@ -10,7 +10,7 @@ class MapError(Error):
 
 
 class MapMissingError(MapError):
-    """The file does not exist, or cannot be read."""
+    """A map's file does not exist, or cannot be read."""
 
 
 class MapDataError(MapError):

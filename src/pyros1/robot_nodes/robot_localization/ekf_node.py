@@ -52,7 +52,7 @@ _NS = 1e-9
 
 
 class EkfNode:
-    """The node's topics, services and timer.
+    """The topics, services and timer of ekf_localization_node.
 
     Args:
         node: the node.

@@ -46,7 +46,7 @@ class SensorInput:
         self._history = PoseHistory()
         self._identity = Frame()
         self._mount = Mount(self._identity)
-        self._covariances = _Covariance(), _Covariance()  # of the pose and the twist
+        self._covariances = _Covariance(), _Covariance()  # for the pose and the twist
         self._imu_covariances = _Covariance(True), _Covariance(True), _Covariance()
         parts = {"pose": slice(0, 6), "twist": slice(6, 12), "acceleration": ACCELERATION}
         masks = {part: np.zeros(SIZE, bool) for part in parts}
@@ -94,7 +94,7 @@ class SensorInput:
         frame = self._find_frame(self._base, message.header.frame_id or self._base, time)
         if frame is None:
             return
-        if frame is not self._mount.frame:  # it stays the same for nearly all IMUs
+        if frame is not self._mount.frame:  # the frame stays the same for nearly all IMUs
             self._mount = Mount(frame)
         if self._uses["pose"] and message.orientation_covariance[0] != _NOT_MEASURED:
             yield self._convert_orientation(time, message, self._mount)

@@ -32,7 +32,7 @@ _IGNORED = "a fix is ignored: %s"
 
 
 class NavsatNode:
-    """The node's topics, services and timer.
+    """The topics, services and timer of navsat_transform_node.
 
     Args:
         node: the node.

@@ -93,7 +93,7 @@ class Part:
                 array must not be changed.
             frame: the frame from which they were converted.
         """
-        if frame is not self._frame:  # it stays the same for nearly all sensors
+        if frame is not self._frame:  # the frame stays the same for nearly all sensors
             self._frame, self._choice = frame, _Choice(rotate_mask(self.mask, frame), self.variables, self.flat)
         choice = self._choice
         if not isfinite(sum(values.tolist())):
@@ -135,7 +135,7 @@ class _Choice:
 
     def apply(self, values: Array, covariance: Array) -> tuple[Array, Array] | None:
         """Return the values (k,) and covariance (k, k) of the measurement; None if there is none."""
-        if covariance is not self._covariance:  # it rarely changes
+        if covariance is not self._covariance:  # the covariance rarely changes
             self._covariance, self._chosen = covariance, self._choose(covariance)
         if self._chosen is None:
             return None

@@ -28,7 +28,7 @@ _USED_BY_KIND = {"odom": slice(0, 12), "pose": slice(0, 6), "twist": slice(6, 12
 
 @dataclass(frozen=True)
 class SensorSettings:
-    """The parameters of a sensor, whose names begin with the sensor's.
+    """The parameters of a sensor; their names begin with the sensor's name.
 
     Attributes:
         kind: odom, pose, twist or imu.
@@ -37,7 +37,8 @@ class SensorSettings:
         mask: which variables are used (15,).
         queue_size, nodelay: options of the subscription.
         differential, relative: whether to use its pose as a velocity, or relative to its first one.
-        pose_threshold, twist_threshold, acceleration_threshold: Mahalanobis distances at which it is rejected.
+        pose_threshold, twist_threshold, acceleration_threshold: Mahalanobis distances at which a measurement is
+            rejected.
         removes_gravity: whether to remove gravity from its accelerations.
     """
 

@@ -158,7 +158,7 @@ class _Part:
         raise NotImplementedError
 
     def attach(self, endpoint: Endpoint) -> None:
-        """Use an endpoint's topic id for messages to the board, if they have this direction."""
+        """If messages of an endpoint go to the board, use its topic id and buffer size for them."""
         if endpoint.kind in (Kind.SUBSCRIBER, Kind.SERVER_REQUESTS, Kind.CLIENT_RESPONSES):
             self._id, self._room = endpoint.id, endpoint.buffer_size
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 BURST = 200
 """Lines that a board can log at once."""
 RATE = 20.0
-"""Lines per second that it can log permanently."""
+"""Lines per second that a board can log in the long run."""
 
 
 class LogBudget:

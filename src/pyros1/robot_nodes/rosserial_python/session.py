@@ -67,14 +67,14 @@ class Endpoint:
 
 @dataclass(frozen=True)
 class Send:
-    """Send bytes to the board."""
+    """The action of sending bytes to the board."""
 
     data: bytes
 
 
 @dataclass(frozen=True)
 class Say:
-    """Log a line about the link; ``level`` is one of the constants of rosserial_msgs/Log."""
+    """The action of logging a line about the link; ``level`` is one of the constants of rosserial_msgs/Log."""
 
     level: int
     text: str
@@ -82,7 +82,7 @@ class Say:
 
 @dataclass(frozen=True)
 class BoardLog:
-    """Log a line that the board sent."""
+    """The action of logging a line that the board sent."""
 
     level: int
     text: str
@@ -90,14 +90,14 @@ class BoardLog:
 
 @dataclass(frozen=True)
 class SetUp:
-    """Create an endpoint, unless it exists."""
+    """The action of creating an endpoint, or updating an existing one."""
 
     endpoint: Endpoint
 
 
 @dataclass(frozen=True)
 class Deliver:
-    """Pass on a message, request or response from the board."""
+    """The action of passing on a message, request or response from the board."""
 
     endpoint: Endpoint
     data: bytes
@@ -105,12 +105,12 @@ class Deliver:
 
 @dataclass(frozen=True)
 class SendTime:
-    """Send the time to the board."""
+    """The action of sending the time to the board."""
 
 
 @dataclass(frozen=True)
 class SendParameter:
-    """Send a parameter to the board."""
+    """The action of sending a parameter to the board."""
 
     name: str
 

@@ -98,5 +98,5 @@ class Bond:
 
     @property
     def next_time(self) -> float:
-        """When to call `tick` next."""
+        """The time at which to call `tick` next."""
         return min(self._next_status, self._deadline)

@@ -31,7 +31,7 @@ _MAX_FILE_SIZE = 1 << 20
 
 
 def load_config(file: str, text: str) -> Config:
-    """Return the configuration from a text, or from a file if the text is empty.
+    """Return the configuration from a string, or from a file if the string is empty.
 
     Raises:
         Error: the configuration cannot be used.
@@ -119,7 +119,7 @@ class CmdVelMux:
             return
         with self._lock:
             if selector is not self._selector or self._output is None:
-                return  # it was received before the configuration was replaced
+                return  # received before the configuration was replaced
             if selector.command(index, self._clock.seconds()):
                 self._announce()
                 self._output.publish(twist)

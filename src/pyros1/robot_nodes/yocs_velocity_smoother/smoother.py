@@ -13,7 +13,7 @@ _PERIODS = 5
 _DEFAULT_PERIOD = 0.1
 _MAX_SILENCE = 0.5
 _MAX_DIFFERENCE = (0.2, 2.0)
-"""How far the robot's velocity may differ from the last command, in m/s and rad/s, before the command is distrusted."""
+"""If the robot's velocity differs more from the last command, in m/s or rad/s, the command is distrusted."""
 
 
 class Velocity(NamedTuple):

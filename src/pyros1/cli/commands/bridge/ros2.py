@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from pyros1.ros2_types.mapping import TypeMapping
 
 _ROUTER = "tcp/localhost:7447"
-"""Where the router of rmw_zenoh listens by default."""
+"""The default endpoint of rmw_zenoh's router."""
 _MAX_DOMAIN = 232
 
 

@@ -180,7 +180,8 @@ def _warn_about_packages(package: str, dependencies: Sequence[str], folders_by_p
 
 
 def _preference_text(package: str, other_folder: str) -> str:
-    """Return text about which of two packages of one name is used: the new one or the one in `other_folder`."""
+    """Return a sentence that says which of two packages with the same name is used: the new one or the one in
+    `other_folder`."""
     current_folder = str(Path.cwd())
     found_folder = _find_from_current_folder(package)
     if found_folder != os.path.join(current_folder, package):

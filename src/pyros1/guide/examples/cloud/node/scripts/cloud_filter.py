@@ -46,5 +46,5 @@ with pyros1.Node("cloud_filter") as node:
     floor = node.params.get("~floor", 0.05)  # m
     cube = node.params.get("~cube", 0.1)  # m, side length
     publisher = node.advertise("filtered", PointCloud2, queue_size=1)
-    node.subscribe("points", PointCloud2, on_cloud, queue_size=1)  # only the newest cloud if they arrive too fast
+    node.subscribe("points", PointCloud2, on_cloud, queue_size=1)  # only the newest cloud if clouds arrive too fast
     node.spin()

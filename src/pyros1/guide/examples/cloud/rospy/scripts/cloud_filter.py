@@ -24,7 +24,7 @@ class Filter:
         self.floor = floor
         self.cube = cube
         self.publisher = rospy.Publisher("filtered", PointCloud2, queue_size=1)
-        # Only the newest cloud if they arrive too fast; buff_size must be large enough for a whole cloud.
+        # Only the newest cloud if clouds arrive too fast; buff_size must be large enough for a whole cloud.
         rospy.Subscriber("points", PointCloud2, self.on_cloud, queue_size=1, buff_size=2**24)
 
     def on_cloud(self, cloud):

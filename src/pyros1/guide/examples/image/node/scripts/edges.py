@@ -39,5 +39,5 @@ def on_image(image):
 
 with pyros1.Node("edges") as node:
     publisher = node.advertise("edges", Image, queue_size=1)
-    node.subscribe("image", Image, on_image, queue_size=1)  # only the newest image if they arrive too fast
+    node.subscribe("image", Image, on_image, queue_size=1)  # only the newest image if images arrive too fast
     node.spin()

@@ -38,6 +38,6 @@ def on_image(image, publisher):
 if __name__ == "__main__":
     rospy.init_node("edges")
     publisher = rospy.Publisher("edges", Image, queue_size=1)
-    # Only the newest image if they arrive too fast; buff_size must be large enough for a whole image.
+    # Only the newest image if images arrive too fast; buff_size must be large enough for a whole image.
     rospy.Subscriber("image", Image, on_image, publisher, queue_size=1, buff_size=2**24)
     rospy.spin()
