@@ -32,7 +32,7 @@ class Example(NamedTuple):
 
     Attributes:
         name: the example's name in commands.
-        about: what the example consists of, in one line.
+        about: a one-line description of what the example consists of.
         depends: the packages that the example needs whatever the API.
         commands: the commands to try the example out, without ``pyros1 ``, and with `PACKAGE_PLACEHOLDER` as the
             package. A line that starts with ``python3`` is a complete command.
@@ -69,7 +69,7 @@ class Example(NamedTuple):
         return contents
 
     def dependencies(self, api: str) -> list[str]:
-        """Return the packages that the example depends on when it uses an API."""
+        """Return the packages on which the example depends with the given API."""
         return [*self.depends, *(["rospy", *self.rospy_depends] if api == "rospy" else [])]
 
 

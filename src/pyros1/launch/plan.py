@@ -46,7 +46,7 @@ class NodePlan:
         line: the line in that file; 0 if unknown.
         wait_for: conditions to wait for before the node starts.
         wait_timeout: seconds to wait for these conditions; 0 for no limit.
-        on_death: what to do when the node has ended; None for nothing.
+        on_death: the action to take when the node has exited; None for no action.
         priority: the real-time priority, 1 to 99; 0 for none.
         args_text, prefix_text: ``args`` and ``prefix`` as written in the file, after substitution.
     """
@@ -101,7 +101,7 @@ class NodePlan:
 
 @dataclass
 class TestPlan(NodePlan):
-    """A ``<test>``: a node that performs a test. The test ends when the node does.
+    """A ``<test>``: a node that performs a test. The test ends when the node exits.
 
     Attributes:
         test_name: name of the test, and of its results.
@@ -166,8 +166,8 @@ class ArgPlan:
     """An ``<arg>`` of a top-level file, for ``--ros-args``.
 
     Attributes:
-        name: its name.
-        default: its default; None if it has none.
+        name: the argument's name.
+        default: the argument's default; None if there is none.
         doc: the ``doc`` attribute; None if the tag does not have it.
     """
 

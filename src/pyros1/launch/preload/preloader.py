@@ -98,7 +98,7 @@ def _is_running(pid: int) -> bool:
         pass
     try:
         return Path(f"/proc/{pid}/stat").read_text(errors="replace").rpartition(")")[2].split()[0] not in "ZX"
-    except OSError:  # the system has no such files, or the process has just exited, which the next check will find
+    except OSError:  # the system has no /proc, or the process has just exited, which the next check will find
         return True
 
 

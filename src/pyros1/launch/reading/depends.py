@@ -59,7 +59,7 @@ def find_undeclared(needs: Iterable[FileNeeds], *, test_depends: bool = False) -
     """Return, for each package, the packages that its files need but its ``package.xml`` does not declare.
 
     Args:
-        needs: what each file needs, from `file_needs`.
+        needs: the needs of each file, from `file_needs`.
         test_depends: whether ``<test_depend>`` is accepted as a declaration.
 
     Raises:

@@ -1,1 +1,1 @@
-"""Starts nodes on other machines: both ends of the connection."""
+"""Starts nodes on other machines; contains both ends of the connection to a machine."""

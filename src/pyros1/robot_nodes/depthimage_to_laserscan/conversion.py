@@ -76,7 +76,7 @@ def read_depths(image: Any) -> tuple[NDArray[Any], float]:
     """Return the pixels of a sensor_msgs/Image, of shape (height, width), and their unit in metres.
 
     Raises:
-        MessageError: it is not a depth image, or has too few bytes for its size.
+        MessageError: the image is not a depth image, or has too few bytes for its size.
     """
     unit = _METRES_PER_UNIT.get(image.encoding)
     if unit is None:
@@ -111,7 +111,7 @@ def convert(
         range_min, range_max: the limits in metres.
 
     Raises:
-        MessageError: some of these rows are outside the image.
+        MessageError: some of the rows to use are outside the image.
     """
     top = int(camera.center_y - scan_height // 2)
     if top < 0 or top + scan_height > camera.height:

@@ -43,8 +43,8 @@ class Analyzer:
     """Base class of the analyzers.
 
     Args:
-        path: its path in the tree, such as "/Sensors/Laser".
-        title: its name in the group above it.
+        path: the analyzer's path in the tree, such as "/Sensors/Laser".
+        title: the analyzer's name in its parent group.
     """
 
     def __init__(self, path: str, title: str) -> None:

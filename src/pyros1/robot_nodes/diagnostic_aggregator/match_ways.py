@@ -21,9 +21,9 @@ class _Part(NamedTuple):
     """Counts for a part of an expression, in the worst case: every character matches.
 
     Attributes:
-        ways: in how many ways it can match 0, 1, 2 ... characters.
-        steps: how many of its steps end after 0, 1, 2 ... characters. They count even if the part then does not match:
-            ``(a+)+b{450}`` matches no short names, but takes forever to find that out.
+        ways: in how many ways the part can match 0, 1, 2 ... characters.
+        steps: how many of the part's steps end after 0, 1, 2 ... characters. Steps count even if the part then does not
+            match: ``(a+)+b{450}`` matches no short names, but takes forever to find that out.
     """
 
     ways: _Numbers

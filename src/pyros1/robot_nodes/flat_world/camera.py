@@ -23,9 +23,9 @@ class Camera:
     Attributes:
         width, height: size of its images in pixels.
         view: horizontal angle of view in radians.
-        x, z: its position on the robot in m.
+        x, z: the camera's position on the robot in m.
         wall_height, robot_height: heights of walls and robots in m.
-        max_range: how far it sees, in m.
+        max_range: the distance up to which the camera sees, in m.
     """
 
     width: int = 160
@@ -59,7 +59,7 @@ def draw(
         pose: the robot's x and y in m, and its heading in radians.
         distances: the distances from `sensors.cast_rays` for `Camera.angles`, in m; shape (width,).
         faces_x: for each column, whether the side of the wall that it shows faces along x.
-        are_robots: which columns show robots.
+        are_robots: for each column, whether it shows a robot.
     """
     angles = camera.angles
     seen = np.where(np.isfinite(distances), distances, camera.max_range)

@@ -21,7 +21,7 @@ class Drive:
         separation: distance between the wheels in m.
         wheel_radius: in m.
         max_speed, max_turn: the robot's maximum speeds.
-        acceleration, turn_acceleration: how fast they change, in m/s² and rad/s².
+        acceleration, turn_acceleration: how fast the speeds change, in m/s² and rad/s².
         slip: average fraction of the distance that wheels lose; each wheel has its own, from 0 to twice the average.
         noise: standard deviation, in m, of the distance that a wheel moves after 1 m.
     """
@@ -64,7 +64,7 @@ class Drive:
         """Return how far wheels really move the robots.
 
         Args:
-            ways: how far they roll, in m; shape (n, 2).
+            ways: how far the wheels roll, in m; shape (n, 2).
             slips: the fraction of the distance that each wheel loses.
             random: for the noise.
         """

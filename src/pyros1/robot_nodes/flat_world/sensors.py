@@ -22,7 +22,7 @@ class Laser:
         rays: number of rays.
         max_range, min_range: in m.
         noise: standard deviation of distances in m.
-        x, z: its position on the robot in m.
+        x, z: the scanner's position on the robot in m.
     """
 
     rays: int = 360

@@ -75,7 +75,7 @@ class World:
         poses: the robots' poses; shape (n, 3).
         odometry: their poses according to their wheels, relative to where they started; shape (n, 3).
         speeds: their true speeds (m/s) and turn rates (rad/s); shape (n, 2).
-        wheel_speeds: the same according to their wheels.
+        wheel_speeds: the speeds and turn rates according to the wheels; shape (n, 2).
         wheel_angles: how far the left and right wheels have turned, in radians; shape (n, 2).
         bumped: which robots are blocked by walls or other robots; shape (n,).
         imus: the result of `sensors.read_imus`; shape (n, 4).

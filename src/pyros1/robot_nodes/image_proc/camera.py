@@ -45,7 +45,7 @@ class Camera:
         """Return the camera that a sensor_msgs/CameraInfo describes.
 
         Raises:
-            UncalibratedError: it has no calibration.
+            UncalibratedError: the camera has no calibration.
             ImageError: the distortion model is unknown, or a number is not finite.
         """
         if info.K[0] == 0.0:

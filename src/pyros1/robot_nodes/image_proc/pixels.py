@@ -30,7 +30,7 @@ class Encoding:
     Attributes:
         name: the encoding, such as "bgr8" or "bayer_rggb16".
         dtype: the type of a channel, in the machine's byte order.
-        channels: how many channels a pixel has.
+        channels: the number of channels of a pixel.
     """
 
     name: str
@@ -62,7 +62,7 @@ def parse_encoding(name: str) -> Encoding:
     """Return the pixel format that an encoding names.
 
     Raises:
-        ImageError: it is unknown.
+        ImageError: the encoding is unknown.
     """
     if match := _COLOURS.match(name):
         return Encoding(name, np.dtype(f"u{int(match[2]) // 8}"), len(match[1]))
@@ -110,9 +110,9 @@ def to_image(header: Any, pixels: np.ndarray[Any, Any], encoding: str) -> Any:
     """Return a sensor_msgs/Image.
 
     Args:
-        header: its header.
+        header: the image's header.
         pixels: an array of shape (height, width) or (height, width, channels) in the machine's byte order.
-        encoding: its encoding, which must fit the array.
+        encoding: the image's encoding, which must fit the array.
     """
     height, width = pixels.shape[:2]
     return Image(

@@ -37,7 +37,7 @@ class Scaling:
         """Return the new height and width of an image.
 
         Raises:
-            ImageError: one of them is 0, or the image would be too large.
+            ImageError: the height or width is 0, or the image would be too large.
         """
         if self.use_scale:
             height, width = round(height * self.scale_height), round(width * self.scale_width)

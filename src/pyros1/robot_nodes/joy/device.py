@@ -28,7 +28,7 @@ class Device:
     Attributes:
         path: the device.
         name: the name that the joystick reports; empty if unknown.
-        axes, buttons: how many it has; 0 if unknown.
+        axes, buttons: the numbers of axes and buttons; 0 if unknown.
 
     Raises:
         OSError: the device cannot be opened.

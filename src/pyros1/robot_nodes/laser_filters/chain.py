@@ -72,7 +72,7 @@ def make_filter(specification: object, place: str, report: Callable[[str], objec
     """Return a filter of a chain.
 
     Args:
-        specification: its name, type and params.
+        specification: the filter's name, type and params.
         place, report: see `make_chain`.
 
     Raises:

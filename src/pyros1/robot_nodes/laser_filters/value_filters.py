@@ -249,7 +249,7 @@ def _read_bounds(parameters: PrivateParameters) -> tuple[float, float]:
     """Return the parameters lower_angle and upper_angle.
 
     Raises:
-        FilterError: they are not both numbers.
+        FilterError: the parameters are not both numbers.
     """
     lower, upper = parameters.value("lower_angle"), parameters.value("upper_angle")
     if not is_number(lower) or not is_number(upper):

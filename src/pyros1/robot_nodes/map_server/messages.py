@@ -34,7 +34,7 @@ def read_grid(message: Any) -> tuple[NDArray[np.int8], tuple[float, float, float
     """Return the cells of a nav_msgs/OccupancyGrid, with shape (height, width), and its origin: x, y, yaw.
 
     Raises:
-        MapDataError: it has no cells, or their number does not match its size.
+        MapDataError: the grid has no cells, or their number does not match its size.
     """
     info = message.info
     cells = np.asarray(message.data, dtype=np.int8)

@@ -56,7 +56,7 @@ def make_cloud(header: Any, columns: Mapping[str, NDArray[Any]]) -> PointCloud2:
     """Return a sensor_msgs/PointCloud2 with one row of points.
 
     Args:
-        header: its header.
+        header: the message's header.
         columns: the values of each field, in the fields' order: arrays of the same length, of float32 or int32.
     """
     fields, record = [], []

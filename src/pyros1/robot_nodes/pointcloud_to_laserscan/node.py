@@ -35,7 +35,7 @@ class Converter:
 
     Args:
         node: the node.
-        parameters: its parameters.
+        parameters: the node's parameters.
         input_topic, input_type: the topic to subscribe to.
         output_topic, output_type: the topic to publish.
         queue_size: the number of messages that may wait.

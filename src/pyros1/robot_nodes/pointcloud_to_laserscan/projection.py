@@ -31,7 +31,7 @@ class ScanSettings:
         scan_time: the time between scans in seconds, which is only copied into the scan.
         range_min, range_max: minimum and maximum distance of used points, in metres.
         use_inf: whether the range of rays without a point is infinity, not ``range_max + inf_epsilon``.
-        inf_epsilon: see ``use_inf``, in metres.
+        inf_epsilon: distance in metres; see ``use_inf``.
     """
 
     min_height: float = sys.float_info.min
@@ -106,7 +106,7 @@ def _nearest(positions: NDArray[np.float64], settings: ScanSettings, empty: floa
 
 
 def unproject(scan: Any) -> dict[str, NDArray[Any]]:
-    """Return the points of a sensor_msgs/LaserScan, without rays outside its limits.
+    """Return the points of a sensor_msgs/LaserScan, leaving out rays outside the scan's limits.
 
     Returns:
         Arrays of float32: x, y, z (which is 0), and intensity if the scan has intensities; and index, the index of the

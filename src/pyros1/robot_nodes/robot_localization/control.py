@@ -21,7 +21,7 @@ class Control:
         acceleration_gains, deceleration_gains: acceleration per velocity error, in 1/s (6,).
         timeout: seconds without a command after which the robot is assumed to stop.
         command: the latest commanded velocity (6,).
-        time: when it was received, in nanoseconds.
+        time: when the command was received, in nanoseconds.
     """
 
     used: np.ndarray[tuple[int], np.dtype[np.bool_]]

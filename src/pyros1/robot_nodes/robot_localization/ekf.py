@@ -31,7 +31,7 @@ class Measurement:
     """Measured values of some of the state's variables.
 
     Attributes:
-        time: when it was measured, in nanoseconds.
+        time: the time of the measurement in nanoseconds.
         indices: which of the 15 variables were measured (k,), ascending.
         values: their values (k,).
         covariance: the covariance of the values (k, k).
@@ -78,7 +78,7 @@ class Ekf:
         """Predict the state after ``seconds``, and make it the estimate.
 
         Args:
-            seconds: how much later.
+            seconds: the duration of the prediction.
             control: the robot's commands, or None.
             time: the time of the predicted state in nanoseconds, to ignore commands that are too old.
         """

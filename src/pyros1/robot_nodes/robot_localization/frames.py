@@ -15,7 +15,7 @@ from pyros1.tf.rotation import Transform
 MAX_FRAMES = 1000
 """Maximum number of cached pairs of frames."""
 _GRACE = 2.0
-"""Missing frames are not reported during these seconds after the listener starts."""
+"""Seconds after the start of the listener during which missing frames are not reported."""
 
 
 class Frames:

@@ -27,8 +27,8 @@ class LocalPlane:
     """The plane that touches the Earth at a place.
 
     Attributes:
-        latitude, longitude: the place in degrees.
-        altitude: its height above the ellipsoid in metres; all positions are assumed to be at this height.
+        latitude, longitude: the place where the plane touches the Earth, in degrees.
+        altitude: the place's height above the ellipsoid in metres; all positions are assumed to be at this height.
     """
 
     latitude: float

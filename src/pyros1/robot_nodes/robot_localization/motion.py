@@ -73,7 +73,7 @@ def predict(state: Array, seconds: float) -> tuple[Array, Array]:
 
     Args:
         state: the state (15,).
-        seconds: how much later.
+        seconds: the duration of the prediction.
     """
     # Plain floats, since numpy takes longer for each of many small arrays than for one matrix (15, 15).
     x, y, z, roll, pitch, yaw, vx, vy, vz, wx, wy, wz, ax, ay, az = state.tolist()

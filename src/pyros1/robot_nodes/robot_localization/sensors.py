@@ -47,9 +47,9 @@ class Frame:
 
     Attributes:
         transform: the pose.
-        rotation: its rotation matrix (3, 3).
+        rotation: the rotation matrix of the pose (3, 3).
         blocks: the rotation matrix twice on the diagonal (6, 6), for a pose or twist.
-        offset: its position (3,).
+        offset: the position of the pose (3,).
         is_identity: whether no conversion is needed.
     """
 
@@ -191,7 +191,7 @@ class TwistPart(Part):
         Args:
             time: the time in nanoseconds.
             twist: linear and angular velocity (6,).
-            covariance: its covariance (6, 6).
+            covariance: the covariance of the twist (6, 6).
             frame: the sensor's frame on the robot.
             angular: the robot's estimated angular velocity (3,), which moves a sensor that is not at the centre.
         """
@@ -221,7 +221,7 @@ class AccelerationPart(Part):
         Args:
             time: the time in nanoseconds.
             acceleration: the acceleration (3,).
-            covariance: its covariance (3, 3).
+            covariance: the covariance of the acceleration (3, 3).
             frame: the IMU's frame on the robot.
             angular: the robot's estimated angular velocity (3,), which accelerates an IMU that is not at the centre.
             to_world: the rotation (3, 3) from the IMU's frame to the world, to remove gravity; None to keep it.
@@ -247,7 +247,7 @@ class PosePart(Part):
         Args:
             time: the time in nanoseconds.
             pose: the pose.
-            covariance: its covariance (6, 6).
+            covariance: the covariance of the pose (6, 6).
             frame: the sensor's world frame in the filter's world frame.
         """
         if not frame.is_identity:
@@ -315,7 +315,7 @@ class PoseHistory:
         Args:
             time: the time in nanoseconds.
             pose: the pose.
-            covariance: its covariance (6, 6).
+            covariance: the covariance of the pose (6, 6).
         """
         last, self._last = self._last, (time, pose, covariance)
         if last is None or time <= last[0]:

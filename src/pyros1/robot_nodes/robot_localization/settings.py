@@ -33,10 +33,10 @@ class SensorSettings:
     Attributes:
         kind: odom, pose, twist or imu.
         name: such as ``odom0``.
-        topic: its topic.
-        mask: which variables are used (15,).
+        topic: the sensor's topic.
+        mask: which of the 15 variables are used (15,).
         queue_size, nodelay: options of the subscription.
-        differential, relative: whether to use its pose as a velocity, or relative to its first one.
+        differential, relative: whether to use the sensor's pose as a velocity, or relative to the first pose.
         pose_threshold, twist_threshold, acceleration_threshold: Mahalanobis distances at which a measurement is
             rejected.
         removes_gravity: whether to remove gravity from its accelerations.

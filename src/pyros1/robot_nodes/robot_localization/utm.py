@@ -83,7 +83,7 @@ class Grid:
         """Return the grid for a zone number and latitude band, such as ``31U``.
 
         Raises:
-            UtmError: this is not a valid name.
+            UtmError: the name is not valid.
         """
         number, band = zone[:-1], zone[-1:].upper()
         if not (re.fullmatch("[0-9]{1,2}", number) and 1 <= int(number) <= 60 and band and band in _BANDS):

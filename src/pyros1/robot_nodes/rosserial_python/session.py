@@ -34,7 +34,7 @@ MAX_ENDPOINTS = 500
 
 
 class Kind(IntEnum):
-    """The kinds of endpoints; the value is the topic id of the TopicInfo message."""
+    """The kinds of endpoints; each value is the topic id of the TopicInfo messages about that kind."""
 
     PUBLISHER = TopicInfo.ID_PUBLISHER
     SUBSCRIBER = TopicInfo.ID_SUBSCRIBER
@@ -49,7 +49,7 @@ class Endpoint:
     """A topic, or one direction of a service, that the board offers or uses.
 
     Attributes:
-        kind: what it is, as seen by the board.
+        kind: the kind of endpoint, as seen by the board.
         id: the topic id of its messages.
         name: the name of the topic or service.
         type: the type of the messages or of the service.

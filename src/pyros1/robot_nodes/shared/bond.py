@@ -33,7 +33,7 @@ class Bond:
         instance_id: a name for this side.
         now: a monotonic time in seconds, as in the other methods.
         connect_timeout: how many seconds the other side may take to appear.
-        heartbeat_timeout: how many seconds it may be silent; infinity for no limit.
+        heartbeat_timeout: how many seconds the other side may be silent; infinity for no limit.
 
     Attributes:
         state: the state.

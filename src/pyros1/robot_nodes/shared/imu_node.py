@@ -38,7 +38,7 @@ class ImuFilterNode:
 
     Args:
         node: the node.
-        parameters: its parameters.
+        parameters: the node's parameters.
         filter_: estimates the orientation.
         use_mag: whether to use the magnetic field.
         publish_tf: the default of the parameter ``publish_tf``.

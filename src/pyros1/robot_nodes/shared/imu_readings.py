@@ -36,7 +36,7 @@ class Reading(NamedTuple):
         """Check that the rates and the acceleration are usable.
 
         Raises:
-            UnusableReadingError: they are not.
+            UnusableReadingError: a component is not finite, or absurdly large.
         """
         for name, vector in (("angular velocity", self.rates), ("linear acceleration", self.acceleration)):
             if not is_usable(vector):

@@ -20,9 +20,9 @@ class Source:
     """A topic with commands, or one that locks others.
 
     Attributes:
-        name: its name in logs and in messages to other nodes.
-        topic: its topic.
-        timeout: how long a message is valid, in seconds.
+        name: the source's name in logs and in messages to other nodes.
+        topic: the source's topic.
+        timeout: how many seconds a message is valid.
         priority: the source with the highest priority drives the robot.
     """
 

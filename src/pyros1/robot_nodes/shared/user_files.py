@@ -22,7 +22,7 @@ def read_regular_file(path: str, max_bytes: int) -> bytes:
         max_bytes: maximum number of bytes to read.
 
     Raises:
-        OSError: it is not a file, or cannot be read.
+        OSError: the path is not that of a regular file, or the file cannot be read.
         ValueError: the path contains a null byte.
     """
     mode = os.stat(path).st_mode  # before opening it, since even opening some devices has side effects

@@ -24,7 +24,7 @@ class Axis:
         component: "x", "y" or "z".
         index: the index of the axis; if it is negative, or the joystick has no such axis, the component is 0.
         scale: the speed in m/s or rad/s when the axis is pushed to its end.
-        turbo_scale: the same while the turbo button is pressed.
+        turbo_scale: the scale while the turbo button is pressed.
     """
 
     vector: str

@@ -77,7 +77,7 @@ class Turbo:
 
 
 def read_ranges(values: PrivateParameters) -> Ranges:
-    """Read the ranges from a node's parameters ``turbo``."""
+    """Read the ranges from a node's private parameters in the namespace ``~turbo``."""
     steps = values.integer("turbo/steps", 1, 1, _MAX_STEPS)
     forward = _read_range(values, "linear_forward", Range(1.0, 1.0))
     return Ranges(

@@ -80,7 +80,7 @@ def _read_config(options: Any) -> PluginConfig:
     """Return the configuration from command line and file.
 
     Raises:
-        RulesError: one of them is not valid.
+        RulesError: the command line or the file is not valid.
     """
     from pyros1.bridge.plugin_ros1.config import check_dialect, make_config, parse_plugin_config  # noqa: PLC0415
 

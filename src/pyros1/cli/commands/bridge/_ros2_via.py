@@ -35,8 +35,8 @@ def choose_way(options: Any) -> Way:
     """Return the way that the command line selects; by default, rclpy if it can be imported.
 
     Raises:
-        UsageError: it selects rclpy, but has options that are only for zenoh. CommandError: it selects rclpy, which
-        cannot be imported.
+        UsageError: the command line selects rclpy, but has options that are only for zenoh.
+        CommandError: the command line selects rclpy, which cannot be imported.
     """
     given = [option for name, option in _ZENOH_OPTIONS.items() if getattr(options, name)]
     if options.via == "rclpy" and given:
@@ -97,7 +97,7 @@ def check_way(way: Way, listen: Sequence[str]) -> None:
 
     Args:
         way: how the bridge gets to ROS 2.
-        listen: the endpoints on which it is to listen.
+        listen: the endpoints on which the bridge will listen.
 
     Raises:
         CommandError: zenoh is not installed, or another program listens on one of the ports.

@@ -51,8 +51,8 @@ def read_file(name: str) -> str:
     """Return the text of a file.
 
     Raises:
-        CommandError: it is too long, or not text.
-        OSError: it cannot be read.
+        CommandError: the file is too long, or not text.
+        OSError: the file cannot be read.
     """
     with open(name, "rb") as file:
         text = file.read(_MAX_FILE_SIZE + 1)
@@ -123,7 +123,7 @@ def read_keys(folder: str) -> SiteKeys:
     """Return the keys in a folder, and warn if they expire soon.
 
     Raises:
-        KeysError: they cannot be used.
+        KeysError: the keys cannot be used.
     """
     from pyros1.bridge.transport.certificates import EXPIRY_WARNING_DAYS, load_keys  # noqa: PLC0415
 

@@ -61,7 +61,7 @@ def _read_config(options: Any) -> RouterConfig:
     """Return the configuration from command line and file.
 
     Raises:
-        RulesError, SiteNameError: one of them is not valid.
+        RulesError, SiteNameError: the command line or the file is not valid.
     """
     from dataclasses import replace  # noqa: PLC0415
 

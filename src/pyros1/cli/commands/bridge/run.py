@@ -72,7 +72,7 @@ def _read_config(options: Any) -> SiteConfig:
     """Return the configuration from command line and file.
 
     Raises:
-        RulesError, SiteNameError: one of them is not valid.
+        RulesError, SiteNameError: the command line or the file is not valid.
     """
     from dataclasses import replace  # noqa: PLC0415
 
@@ -110,10 +110,10 @@ def _read_config(options: Any) -> SiteConfig:
 
 
 def _read_keys(config: SiteConfig) -> Mapping[str, str]:
-    """Return zenoh's settings for the site's keys, if it has any.
+    """Return zenoh's settings for the site's keys; empty if the site has no keys.
 
     Raises:
-        KeysError: they cannot be used.
+        KeysError: the keys cannot be used, or belong to another site.
     """
     if not config.keys:
         return {}

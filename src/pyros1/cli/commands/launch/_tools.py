@@ -197,7 +197,7 @@ TOOLS = {
     "--logs": Verb("", "", parse=parse_all_args, run=_print_log_folder),
     "--complete": Verb("", "", parse=leave_unparsed, run=_print_arg_names),
 }
-"""The tools by the first argument that selects them."""
+"""First argument, which selects a tool -> the tool."""
 
 
 def check_package_files(args: list[str], arguments: dict[str, str], options: Any) -> int:

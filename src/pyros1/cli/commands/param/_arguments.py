@@ -14,7 +14,7 @@ def check_arguments(args: list[str], max_arguments: int, first_argument: str = "
     Args:
         args: the arguments.
         max_arguments: the maximum number of arguments.
-        first_argument: what to call the first argument in the error message; empty if it is optional.
+        first_argument: the name of the first argument for the error message; empty if the argument is optional.
 
     Raises:
         UsageError: a required argument is missing, or there are too many.

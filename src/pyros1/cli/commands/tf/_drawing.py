@@ -59,7 +59,7 @@ def find_roots_and_children(frames: Sequence[Frame]) -> tuple[list[Frame], dict[
     for frame in [*roots, *sorted(frames)]:
         if frame.name in reached:
             continue
-        if frame not in roots:  # a loop
+        if frame not in roots:  # the frame is in a loop
             roots.append(frame)
             children_by_parent[str(frame.parent)] = [
                 child for child in children_by_parent[str(frame.parent)] if child is not frame
