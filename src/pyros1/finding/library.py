@@ -119,7 +119,7 @@ class Library:
     def folders(self, package: str) -> list[str]:
         """Return the folders that may contain definitions of a package, in search order."""
         if "/" in package or not package.strip("."):
-            return []  # a path could lead outside the searched folders
+            return []  # such a name could lead outside the searched folders
         folders = self._folders.get(package)
         if folders is None:
             # Debian installs some message packages without a package.xml, so folders with the package's name are

@@ -126,7 +126,7 @@ class LaunchServer:
     def _control(self, params: Sequence[Any]) -> Response:
         supervisor = self._supervisor
         verbs = {"stop": supervisor.stop_node, "start": supervisor.start_node, "restart": supervisor.restart_node}
-        if len(params) != 2 or params[0] not in [*verbs]:  # a list, as the value may be unhashable
+        if len(params) != 2 or params[0] not in [*verbs]:  # compared with a list, since the value may be unhashable
             return [-1, "control needs one of stop, start and restart, and a node name", 0]
         if reason := self._refusal_reason():
             return [-1, reason, 0]

@@ -13,7 +13,7 @@ _BOM = b"\xef\xbb\xbf"
 
 
 def script_problem(file: Path, environ: Mapping[str, str]) -> str:  # noqa: PLR0911 - one per problem
-    """Return why a script cannot be started and how to fix it; an empty string if it can, or if it is not a script.
+    """Return the reason why a script cannot be started, and the fix; empty if it can, or if the file is not a script.
 
     Args:
         file: an executable file.

@@ -255,7 +255,7 @@ class Starter:
         """Return the process to start on this machine when a node exits; None if there is none.
 
         Raises:
-            LaunchError: the process could not be started when it is needed.
+            LaunchError: the process could not be started later, when the node exits.
         """
         if node.on_death is None:
             return None

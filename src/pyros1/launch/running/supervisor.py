@@ -235,7 +235,7 @@ class Supervisor:
                     " on-death", ON_DEATH_TIMEOUT, lambda: self._events.put(("stop", "required process died"))
                 )
             return not is_on_death_running
-        if spec.label in self._rerun_on_death:  # an on-death process whose node has died again meanwhile
+        if spec.label in self._rerun_on_death:  # the on-death process's node died again while it ran
             self._rerun_on_death.discard(spec.label)
             self._dead.pop(spec.label, None)
             self.start(spec)

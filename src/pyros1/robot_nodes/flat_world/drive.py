@@ -61,7 +61,7 @@ class Drive:
         return np.stack([(left + right) / 2, (right - left) / self.separation], axis=1)
 
     def slipped(self, ways: Floats, slips: Floats, random: np.random.Generator) -> Floats:
-        """Return how far wheels really move the robots.
+        """Return the distances by which the wheels move the robots, after slip and noise; shape (n, 2).
 
         Args:
             ways: how far the wheels roll, in m; shape (n, 2).

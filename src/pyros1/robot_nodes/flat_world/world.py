@@ -126,7 +126,7 @@ class World:
         self.imus = read_imus(before, self.speeds, DT, self.settings.imu, self._biases, self._random(_Random.IMU))
 
     def _find_collisions(self, poses: Floats) -> NDArray[np.bool_]:
-        """Return which robots cannot move to the given poses."""
+        """Return a mask of the robots: True for those that cannot move to the given poses."""
         old, radius = self.poses[:, :2], self.settings.radius
         held = self.walls.are_hit(poses[:, 0], poses[:, 1], radius)
         apart = _distances(old)

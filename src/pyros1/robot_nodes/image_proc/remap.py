@@ -128,7 +128,7 @@ class Remap:
 
 
 def _rows(image: Array) -> int:
-    """Return how many rows of an image are computed at a time."""
+    """Return the number of rows of an image that are computed at a time."""
     return min(max(1, _BLOCK // int(image.shape[1])), len(image))
 
 

@@ -95,7 +95,7 @@ class ComplementaryFilter(OrientationFilter[Settings]):
         return steady
 
     def _trust(self, acceleration: Vector) -> float:
-        """Return how plausible it is that an acceleration is gravity alone, from 0.0 to 1.0."""
+        """Return the weight of an acceleration, from 0.0 to 1.0; the more it differs from gravity, the lower."""
         if not self._settings.do_adaptive_gain:
             return 1.0
         error = abs(hypot(*acceleration) - GRAVITY) / GRAVITY

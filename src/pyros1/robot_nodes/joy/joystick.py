@@ -77,7 +77,7 @@ class Joystick:
         self._due = due if self._due is None else min(self._due, due)
 
     def due(self) -> float | None:
-        """Return when the state must be published next; None for not before the next event."""
+        """Return the time of the next publication; None if it must wait for another event."""
         if self._due is not None or not self._is_open or not self._settings.autorepeat_rate:
             return self._due
         assert self._last is not None

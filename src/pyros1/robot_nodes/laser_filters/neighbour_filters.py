@@ -130,7 +130,7 @@ class SpeckleFilter:
         return good
 
     def _by_radius(self, ranges: Floats, increment: float) -> Mask:
-        """Return which points have enough other points nearby."""
+        """Return a mask of the points: True for those with enough other points nearby."""
         near = np.zeros(len(ranges), np.int64)
         for offset in _offsets(self.window, len(ranges)):
             here, there = _shifted(len(ranges), offset)
@@ -168,7 +168,7 @@ class BlobFilter:
 
     Attributes:
         max_radius: the maximum deviation of an object's ranges from their mean, in metres.
-        min_points: an object has more rays than this.
+        min_points: the number of rays that an object must exceed.
     """
 
     max_radius: float

@@ -133,7 +133,7 @@ def serve_filters(
     Args:
         node: the node.
         filters: the filters, which are replaced when they are changed.
-        specifications: the chain from which they were created.
+        specifications: the chain from which the filters were created.
         place: the chain's parameter, for messages.
         report: called with a one-line message about each invalid parameter or name.
     """

@@ -31,7 +31,7 @@ class ShapeFilter:
         self.invert = invert
 
     def contains(self, points: _Points) -> Mask:
-        """Return which points are inside.
+        """Return a mask of the points: True for those inside the shape.
 
         Args:
             points: of shape (n, 3), in the shape's frame.
@@ -84,7 +84,7 @@ class BoxFilter(ShapeFilter):
         )
 
     def contains(self, points: _Points) -> Mask:
-        """Return which points are inside; see `ShapeFilter.contains`."""
+        """Return a mask of the points inside the shape; see `ShapeFilter.contains`."""
         inside: Mask = np.logical_and.reduce((points > self._minimum) & (points < self._maximum), axis=1)
         return inside
 
@@ -113,7 +113,7 @@ class FootprintFilter(ShapeFilter):
         return cls(radius)
 
     def contains(self, points: _Points) -> Mask:
-        """Return which points are inside; see `ShapeFilter.contains`."""
+        """Return a mask of the points inside the shape; see `ShapeFilter.contains`."""
         inside: Mask = np.abs(points[:, :2]).max(axis=1) <= self._radius
         return inside
 
@@ -153,7 +153,7 @@ class PolygonFilter(ShapeFilter):
         )
 
     def contains(self, points: _Points) -> Mask:
-        """Return which points are inside; see `ShapeFilter.contains`."""
+        """Return a mask of the points inside the shape; see `ShapeFilter.contains`."""
         x, y = points[:, 0], points[:, 1]
         inside = np.zeros(len(points), bool)
         # A point is inside if a line from it towards positive x crosses the edges an odd number of times.

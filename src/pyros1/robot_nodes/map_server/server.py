@@ -38,7 +38,7 @@ class MapServer:
 
     Args:
         node: the node; its parameter ``~frame_id`` is the map's frame.
-        first: the map.
+        first: the map to publish first.
     """
 
     def __init__(self, node: Node, first: Map) -> None:

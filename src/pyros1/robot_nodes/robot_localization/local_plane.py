@@ -36,7 +36,7 @@ class LocalPlane:
     altitude: float = 0.0
 
     def forward(self, latitude: float, longitude: float) -> tuple[float, float]:
-        """Return how many metres east and north of the origin a position in degrees is.
+        """Return the distances in metres, east and north of the origin, of a position in degrees.
 
         Raises:
             UtmError: the position is not on Earth, or too far away.

@@ -33,6 +33,6 @@ class LogBudget:
         return True
 
     def take_dropped(self) -> int:
-        """Return how many lines were dropped, and reset the count."""
+        """Return the number of dropped lines, and reset it to 0."""
         dropped, self.num_dropped = self.num_dropped, 0
         return dropped

@@ -20,7 +20,7 @@ def parameter_response(name: str, value: Any) -> Any:
         value: a bool, an integer, a number, a string, or a list of one of these; None if it is not set.
 
     Raises:
-        UnsuitableParameterError: the parameter is not set, or such values cannot be sent to boards.
+        UnsuitableParameterError: the parameter is not set, or values of its type cannot be sent to boards.
     """
     if value is None:
         raise UnsuitableParameterError(f"the board asks for the parameter {name}, which is not set")

@@ -24,7 +24,7 @@ class Port(Protocol):
     """A connection to a board."""
 
     def read(self) -> bytes:
-        """Return what has arrived, or nothing if nothing arrives within `READ_TIMEOUT`.
+        """Return the received bytes; empty if none arrive within `READ_TIMEOUT`.
 
         Raises:
             PortError: the connection is broken.

@@ -19,7 +19,7 @@ HEARTBEAT_TIMEOUT: float = Constants.DEFAULT_HEARTBEAT_TIMEOUT
 class State(Enum):
     """The state of one side of a bond."""
 
-    WAITING = auto()  # for the other side
+    WAITING = auto()  # waiting for the other side
     ALIVE = auto()
     ENDING = auto()  # this side has ended the bond, and tells the other side until it confirms
     BROKEN = auto()

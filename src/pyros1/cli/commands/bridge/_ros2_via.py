@@ -54,7 +54,7 @@ def choose_way(options: Any) -> Way:
 
 
 def _rclpy_problem() -> str:
-    """Return why rclpy cannot be used; empty if it can."""
+    """Return the reason why rclpy cannot be used; empty if it can."""
     if find_spec("rclpy") is None:
         return "rclpy is not installed here"
     try:

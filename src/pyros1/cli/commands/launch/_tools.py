@@ -85,7 +85,7 @@ def _print_needed_packages(invocation: Invocation, options: Any, files: list[str
 
 
 def _read_if_exists(path: str) -> bytes:
-    """Return the contents of a file; empty if it does not exist, since parameter values do not matter here."""
+    """Return the contents of a file; empty if it does not exist, since these tools do not use parameter values."""
     try:
         return Path(path).read_bytes()
     except FileNotFoundError:

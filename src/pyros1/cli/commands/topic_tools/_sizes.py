@@ -158,7 +158,7 @@ def require_size(count: float, width: int = 8) -> None:
         ExpressionError: the array would have more than `MAX_ITEMS` items, more than `MAX_BYTES`, or items wider than
             `MAX_WIDTH`.
     """
-    if not (count <= MAX_ITEMS and count * width <= MAX_BYTES and width <= MAX_WIDTH):  # NaN fails as well
+    if not (count <= MAX_ITEMS and count * width <= MAX_BYTES and width <= MAX_WIDTH):  # also True for NaN
         check_limit(MAX_ITEMS + 1, MAX_ITEMS)
 
 
