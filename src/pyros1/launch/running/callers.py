@@ -66,7 +66,8 @@ def _socket_user(tables: list[str], remote: Address, local: Address) -> int | No
 
 
 def _parse_endpoint(text: str) -> ipaddress.IPv4Address | ipaddress.IPv6Address:
-    """Parse an endpoint in the tables: an address as hexadecimal 32-bit words in native byte order, and a port."""
+    """Parse an endpoint in the kernel's tables: an address as hexadecimal 32-bit words in native byte order, and a
+    port."""
     address = text.partition(":")[0]
     words = [int(address[start : start + 8], 16).to_bytes(4, sys.byteorder) for start in range(0, len(address), 8)]
     return _normalize(ipaddress.ip_address(b"".join(words)))

@@ -266,7 +266,7 @@ class AnalyzerGroup(Analyzer):
 
 
 def make_header(path: str, level: int, values: Iterable[tuple[str, str]], message: str = "") -> DiagnosticStatus:
-    """Return a status with keys and values; if no message is given, it is the word for the level."""
+    """Return a status with keys and values; its message is by default the word for the level."""
     pairs = [KeyValue(key, value) for key, value in values]
     return DiagnosticStatus(level=level, name=path, message=message or _LEVEL_WORDS[level], values=pairs)
 

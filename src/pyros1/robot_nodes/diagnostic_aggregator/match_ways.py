@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 MAX_NAME_LENGTH = 500
 """Maximum length of names that are matched with regular expressions."""
-_MAX_STEPS = 3e6  # well below a second
+_MAX_STEPS = 3e6  # these take well below a second
 _MANY = 1e12
 _REPEATS = ("MAX_REPEAT", "MIN_REPEAT", "POSSESSIVE_REPEAT")
 _Numbers = NDArray[np.float64]  # one number for each length: 0, 1, 2 ... characters

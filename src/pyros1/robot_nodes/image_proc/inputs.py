@@ -10,7 +10,7 @@ from pyros1.msgs.sensor_msgs.msg import CameraInfo, Image
 from pyros1.node import Node
 
 Ending = Callable[[], object]
-"""Ends a subscription."""
+"""A function that ends a subscription."""
 
 
 def subscribe_camera(node: Node, image: str, callback: Callable[[Any, Any], object], queue_size: int) -> list[Ending]:

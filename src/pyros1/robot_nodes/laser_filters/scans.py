@@ -1,4 +1,4 @@
-"""Shared by the filters: access to scans as numpy arrays (no I/O)."""
+"""Code shared by the filters: access to scans as numpy arrays (no I/O)."""
 
 from __future__ import annotations
 

@@ -63,7 +63,7 @@ class LocalPlane:
 
     @property
     def name(self) -> str:
-        """A description of the coordinates for messages."""
+        """The name of the coordinate system, for the log and errors."""
         return f"the local plane at latitude {self.latitude:.7f}, longitude {self.longitude:.7f}"
 
     @property

@@ -135,7 +135,7 @@ class Navsat:
         """Use a sensor_msgs/NavSatFix, unless it has no fix.
 
         Raises:
-            UtmError: the fix is not on Earth, or too far from the zone of the first one.
+            UtmError: the fix is not on Earth, or too far from the zone of the first fix.
         """
         if fix.status.status == _NO_FIX or not all(map(isfinite, (fix.latitude, fix.longitude, fix.altitude))):
             return

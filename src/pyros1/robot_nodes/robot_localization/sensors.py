@@ -62,7 +62,7 @@ class Frame:
 
 
 FindFrame = Callable[[str, str, int], Frame | None]
-"""Returns the pose of the second frame in the first at a time in nanoseconds, or None if it is unknown."""
+"""A function that returns the pose of the second frame in the first at a time in nanoseconds; None if unknown."""
 
 
 class Part:

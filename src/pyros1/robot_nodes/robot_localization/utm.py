@@ -93,7 +93,7 @@ class Grid:
 
     @property
     def name(self) -> str:
-        """A description of the coordinates for messages."""
+        """The name of the coordinate system, for the log and errors."""
         return f"UTM zone {self.zone} {'north' if self.north else 'south'}"
 
     def forward(self, latitude: float, longitude: float) -> tuple[float, float]:

@@ -36,7 +36,7 @@ class Bond:
         heartbeat_timeout: how many seconds the other side may be silent; infinity for no limit.
 
     Attributes:
-        state: the state.
+        state: the state of this side.
     """
 
     def __init__(

@@ -13,7 +13,7 @@ from pyros1.node.publishing.peers import Peer
 from pyros1.node.publishing.publisher import Publisher
 
 OpenInputs = Callable[[], Sequence[Callable[[], object]]]
-"""Subscribes, and returns functions that unsubscribe."""
+"""A function that subscribes, and returns functions that unsubscribe."""
 
 
 class LazyInputs:

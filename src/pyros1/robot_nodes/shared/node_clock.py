@@ -67,7 +67,7 @@ class NodeClock:
 
 
 def check_regularly(node: Node, period: float, check: Callable[[], object]) -> None:
-    """Call a function that may have to stop a robot, until the node shuts down.
+    """Call a function regularly until the node shuts down; the function stops a robot if necessary.
 
     With simulated time, the function is also called in wall time: timers stand still if nobody publishes /clock, but a
     robot must be stopped even if /use_sim_time was left on.

@@ -34,7 +34,7 @@ class Video(Protocol):
             is_wanted: whether the image is needed; if not, it is not decoded if possible.
 
         Returns:
-            An array of shape (height, width, 3), or (height, width) in grey; None if it is not wanted.
+            An array of shape (height, width, 3), or (height, width) in grey; None if the image is not wanted.
 
         Raises:
             VideoEndedError: there are no more images.

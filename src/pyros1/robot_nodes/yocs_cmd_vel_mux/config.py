@@ -19,7 +19,7 @@ class ConfigError(Error):
 
 
 class Config(NamedTuple):
-    """A configuration.
+    """The configuration of cmd_vel_mux.
 
     Attributes:
         sources: the sources of commands.

@@ -1,4 +1,4 @@
-"""Shared by the verbs that listen or connect: options, files, keys."""
+"""Code shared by the verbs of ``bridge`` that listen or connect: options, files and keys."""
 
 from __future__ import annotations
 
