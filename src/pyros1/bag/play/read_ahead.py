@@ -103,8 +103,9 @@ class BagSet:
     def latched_messages_before(self, time: int) -> list[PlayItem]:
         """Return, for new subscribers, the last message before a time from each latched connection, in time order.
 
-        Static transforms at the beginning of the bag are included, since Python programs and the filters of other tools
-        store several publishers as one connection.
+        For static transforms, the last message of a connection is not enough: bags that were written by Python
+        programs, or filtered with other tools, store several publishers as one connection. So all static transforms at
+        the beginning of the bag are returned as well.
         """
         items: list[PlayItem] = []
         for bag_index, reader in enumerate(self.readers):

@@ -56,10 +56,10 @@ def _access_control(access: Collection[SiteAccess], own_site: str) -> dict[str, 
     names: dict[str, list[str]] = {}  # a site's key name -> its rules
     for each in everybody:
         for name, permission, flow, keys in (
-            (f"{each.keys} sends", "allow", "ingress", _send_allowed(each, sites)),
-            (f"{each.keys} does not send", "deny", "ingress", _send_denied(each, sites)),
-            (f"{each.keys} takes", "allow", "egress", _take_allowed(each, sites)),
-            (f"{each.keys} does not take", "deny", "egress", _take_denied(each, sites)),
+            (f"{each.keys} sends", "allow", "ingress", _writable_keys(each, sites)),
+            (f"{each.keys} does not send", "deny", "ingress", _unwritable_keys(each, sites)),
+            (f"{each.keys} takes", "allow", "egress", _readable_keys(each, sites)),
+            (f"{each.keys} does not take", "deny", "egress", _unreadable_keys(each, sites)),
         ):
             if found := [*dict.fromkeys(keys)]:
                 rules.append(_rule(name, permission, "put", (flow,), found))
@@ -82,7 +82,7 @@ def _access_control(access: Collection[SiteAccess], own_site: str) -> dict[str, 
     }
 
 
-def _send_allowed(access: SiteAccess, sites: Collection[str]) -> Iterator[str]:
+def _writable_keys(access: SiteAccess, sites: Collection[str]) -> Iterator[str]:
     """Yield the keys that a site may write."""
     site = access.site
     if access.send is None or access.serve is None or access.call is None:  # if one is None, all are
@@ -93,7 +93,7 @@ def _send_allowed(access: SiteAccess, sites: Collection[str]) -> Iterator[str]:
     yield from _sent_calls(access, access.serve, access.call, sites)
 
 
-def _send_denied(access: SiteAccess, sites: Collection[str]) -> Iterator[str]:
+def _unwritable_keys(access: SiteAccess, sites: Collection[str]) -> Iterator[str]:
     """Yield the keys that a site may not write, even if other rules allow them."""
     yield from _sent_topics(access, access.deny_send, sites)
     yield from _sent_calls(access, access.deny_serve, access.deny_call, sites)
@@ -106,7 +106,7 @@ def _sent_topics(access: SiteAccess, patterns: Iterable[Pattern], sites: Collect
         yield site_key(site, f"again/{'*' if owner == site else owner}/{owner}{path}")
 
 
-def _take_allowed(access: SiteAccess, sites: Collection[str]) -> Iterator[str]:
+def _readable_keys(access: SiteAccess, sites: Collection[str]) -> Iterator[str]:
     """Yield the keys that a site may read."""
     site = access.site
     yield site_key("*", "hello")
@@ -120,7 +120,7 @@ def _take_allowed(access: SiteAccess, sites: Collection[str]) -> Iterator[str]:
     yield from _taken_calls(access, access.serve, access.call, sites)
 
 
-def _take_denied(access: SiteAccess, sites: Collection[str]) -> Iterator[str]:
+def _unreadable_keys(access: SiteAccess, sites: Collection[str]) -> Iterator[str]:
     """Yield the keys that a site may not read, even if other rules allow them."""
     yield from _taken_topics(access, access.deny_take, sites)
     yield from _taken_calls(access, access.deny_serve, access.deny_call, sites)

@@ -51,7 +51,7 @@ class _TooManyError(Exception):
 
 
 class _Counter:
-    """Counts steps, and stops if there are too many for names of a minimum length."""
+    """Counts steps; raises _TooManyError if names of up to the minimum length already take too many."""
 
     def __init__(self, min_length: int) -> None:
         self._min_length = min_length

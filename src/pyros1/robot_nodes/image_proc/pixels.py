@@ -44,7 +44,7 @@ class Encoding:
 
     @property
     def is_mono(self) -> bool:
-        """Whether it has one channel for brightness; as in stock ROS, this includes 8UC1 and 16UC1."""
+        """Whether it has one channel for brightness; 8UC1 and 16UC1 count as such."""
         return self.name.startswith("mono") or self.name in ("8UC1", "16UC1")
 
     @property

@@ -212,7 +212,7 @@ class TypePairs:
                 transcoder = Transcoder(type, specs, name, types, self._mapping.fields)
                 return TypePair(type, md5sum, text, name, own_hash or "", transcoder)
         raise UnknownTypeError(
-            self._not_installed(name) or f"ROS 2 expects a definition of {name} that is not known here; {_HINT}"
+            self._rclpy_problem(name) or f"ROS 2 expects a definition of {name} that is not known here; {_HINT}"
         )
 
     def _for_ros2(self, type: str, hash: str) -> TypePair:
@@ -234,7 +234,7 @@ class TypePairs:
                 message_class = self._definitions.get(name, "*", text)
                 transcoder = Transcoder(name, _specs(name, text), type, types, self._mapping.fields)
                 return TypePair(name, message_class._md5sum, text, type, hash, transcoder)
-        if problem := self._not_installed(type):
+        if problem := self._rclpy_problem(type):
             raise UnknownTypeError(problem)
         if self.has_ros2_definition(type):
             raise UnknownTypeError(f"ROS 2 has a definition of {type} that is not known here; {_HINT}")
@@ -248,7 +248,7 @@ class TypePairs:
         spec = parse_service(type, texts[type])
         specs = _specs(type, service_class._full_text, {each.name: each for each in (spec.request, spec.response)})
         name = _checked(self._counterparts.service_to_ros2(type))
-        if problem := self._not_installed(name):
+        if problem := self._rclpy_problem(name):
             raise UnknownTypeError(problem)
         fields = self._mapping.fields
         for types in self._service_candidates(name, spec, specs, hash):
@@ -269,7 +269,7 @@ class TypePairs:
                 self._distributions[distribution] = distribution_types(distribution)
             yield self._distributions[distribution]
 
-    def _not_installed(self, name: str) -> str:
+    def _rclpy_problem(self, name: str) -> str:
         """Return why rclpy cannot use a type; empty if it can, or if the bridge does not use rclpy."""
         return "" if self._beside_rclpy is None else self._beside_rclpy.problem(name)
 

@@ -24,7 +24,7 @@ const READABLE_SCALE = 1; // pixels per unit; below this, the other direction is
 const LARGE_GRAPH = 1500; // boxes and edges
 const BETTER_BY = 1.2;
 const MUCH_BETTER_BY = 1.5; // factor by which the simple method must be better, since its edges cross boxes
-const ALWAYS_DAGRE = 30; // boxes and edges of a part that always uses dagre
+const MAX_ALWAYS_DAGRE = 30; // boxes and edges of a connected part; up to this number, even the simple method uses dagre
 const STUB_LENGTH = 16; // how far a backward edge continues before it turns
 const CHANNEL_GAP = 9; // distance between a backward edge and a box
 const BESIDE = 5; // distance between the middle of a site and the edges from and to it
@@ -62,7 +62,7 @@ function layoutForward(what) {
 function layoutInDirection(what, down, plain = false) {
   const aspect = what.room[0] / what.room[1];
   const parts = partsOf(what).map((part) => {
-    const few = plain ? ALWAYS_DAGRE : MAX_FOR_DAGRE;
+    const few = plain ? MAX_ALWAYS_DAGRE : MAX_FOR_DAGRE;
     const small = part.boxes.length + part.edges.length <= few;
     return withFrames(small ? layoutByDagre(part, down) : layoutNamespaces(part, { down, aspect }), part);
   });
