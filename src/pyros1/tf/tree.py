@@ -195,7 +195,7 @@ class Tree:
         """Find the path between two frames, which leads up from both to their common ancestor.
 
         Args:
-            find_entry: returns the entry of a frame at a time, or None.
+            find_entry: returns a frame's entry for a given time, or None.
 
         Returns:
             The time, the transforms from source up to the ancestor, and the transforms from target up to the ancestor.

@@ -13,8 +13,8 @@ from pyros1.bridge.protocol.key_expressions import (
     direct_topic_key,
     parse_key,
     path_key,
+    peer_key,
     site_key,
-    to_key,
     topic_key,
 )
 
@@ -25,7 +25,7 @@ TOPIC = SharedName("red", "/camera/image")
     ("key", "text", "parsed"),
     [
         ("hello", "pyros1/1/base/hello", Key("base", Channel.HELLO)),
-        (to_key("red"), "pyros1/1/base/to/red", Key("base", Channel.TO, "red")),
+        (peer_key("red"), "pyros1/1/base/to/red", Key("base", Channel.TO, "red")),
         (topic_key(TOPIC), "pyros1/1/base/t/red/camera/image", Key("base", Channel.TOPIC, "", TOPIC)),
         (
             direct_topic_key("blue", TOPIC),

@@ -13,7 +13,7 @@ import pytest
 
 from pyros1.bridge.exchange.actions import Send
 from pyros1.bridge.names import SharedName
-from pyros1.bridge.protocol.key_expressions import Key, call_key, direct_topic_key, to_key, topic_key
+from pyros1.bridge.protocol.key_expressions import Key, call_key, direct_topic_key, peer_key, topic_key
 from pyros1.bridge.rules.site_access import SiteAccess
 from pyros1.bridge.transport.access_control import security_settings
 from pyros1.bridge.transport.certificates import SiteKeys, load_keys, make_keys
@@ -81,7 +81,7 @@ def test_sites_with_keys_exchange_packets_through_a_base(keys: Path, port: int, 
     green = make_site(keys / "green", "green", [], connect=[f"tls/127.0.0.1:{port}"])
     green.received_until(b"hello", lambda: red.send("hello", b"hello"))
     base.received_until(b"hello", lambda: red.send("hello", b"hello"))
-    red.received_until(b"hi red", lambda: base.send(to_key("red"), b"hi red"))
+    red.received_until(b"hi red", lambda: base.send(peer_key("red"), b"hi red"))
     green.link.listen("red", topic_key(ODOM), True)
     green.received_until(b"odometry", lambda: red.send(topic_key(ODOM), b"odometry"))
     green.received_until(b"missed", lambda: red.send(direct_topic_key("green", ODOM), b"missed"))
@@ -100,7 +100,7 @@ def test_a_site_cannot_write_under_the_name_of_another_one(
 
         def ask() -> None:
             liar.send("hello", b"forged")
-            liar.send(to_key("base"), b"forged")
+            liar.send(peer_key("base"), b"forged")
             honest.send("hello", b"honest")
 
         ask()
@@ -111,12 +111,12 @@ def test_packets_for_one_site_are_not_read_by_others(keys: Path, port: int, make
     base = make_site(keys / "base", "base", ["red", "green"], listen=[f"tls/127.0.0.1:{port}"])
     spy = make_site(keys / "green", "red", [], connect=[f"tls/127.0.0.1:{port}"])  # subscribes to what is for red
     red = make_site(keys / "red", "red", [], connect=[f"tls/127.0.0.1:{port}"])
-    red.received_until(b"secret", lambda: base.send(to_key("red"), b"secret"))
+    red.received_until(b"secret", lambda: base.send(peer_key("red"), b"secret"))
 
     red.received_until(b"secret", lambda: base.send(direct_topic_key("red", ODOM), b"secret"))
 
     def ask() -> None:
-        base.send(to_key("red"), b"secret")
+        base.send(peer_key("red"), b"secret")
         base.send(direct_topic_key("red", ODOM), b"secret")
         base.send("hello", b"to all")
 

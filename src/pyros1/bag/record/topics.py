@@ -34,12 +34,12 @@ class TopicSearch:
         names, self._unreturned_topics = self._unreturned_topics, []
         if self._selection.needs_polling:
             with contextlib.suppress(Error):  # the master does not respond, but may come back
-                names += self._find_published()
+                names += self._find_selected()
         new_names = [name for name in dict.fromkeys(names) if name not in self._returned_topics]
         self._returned_topics.update(new_names)
         return new_names
 
-    def _find_published(self) -> list[str]:
+    def _find_selected(self) -> list[str]:
         node_topics: list[str] = []
         if self._watched_node:
             subscribers = self._graph.state().subscribers

@@ -12,7 +12,7 @@ from pyros1.bridge.exchange.services.services import Services
 from pyros1.bridge.exchange.slow_sites import SlowSites
 from pyros1.bridge.exchange.topic_receiver import TopicReceiver
 from pyros1.bridge.exchange.topic_sender import TopicSender
-from pyros1.bridge.protocol.key_expressions import HELLO, to_key
+from pyros1.bridge.protocol.key_expressions import HELLO, peer_key
 from pyros1.bridge.protocol.packets import Kind, encode_head, encode_heartbeat
 from pyros1.bridge.rules.rules import Priority
 
@@ -70,7 +70,7 @@ class Announcements:
                 services = (lists.services.version, lists.their_services.version)
                 epoch, heartbeat = peer.make_heartbeat(now, *versions, seen, tails, services, nodes, is_separate)
                 head = encode_head(Kind.HEARTBEAT, self._epoch, epoch)
-                actions.append(Send(to_key(peer.name), head, encode_heartbeat(heartbeat), Priority.URGENT))
+                actions.append(Send(peer_key(peer.name), head, encode_heartbeat(heartbeat), Priority.URGENT))
         return actions
 
     def update(self, now: float) -> list[Action]:
@@ -99,5 +99,5 @@ class Announcements:
             if not peer.is_present:
                 continue
             for kind, page in self.lists[peer.name].due(peer, now):
-                actions.append(Send(to_key(peer.name), encode_head(kind, self._epoch, peer.epoch), page))
+                actions.append(Send(peer_key(peer.name), encode_head(kind, self._epoch, peer.epoch), page))
         return actions

@@ -42,7 +42,7 @@ from pyros1.bridge.exchange.topic_receiver import TopicReceiver
 from pyros1.bridge.exchange.topic_sender import Flow, LocalTopic, TopicSender
 from pyros1.bridge.names import SharedName
 from pyros1.bridge.protocol.calls import decode_call_head
-from pyros1.bridge.protocol.key_expressions import Channel, Key, to_key
+from pyros1.bridge.protocol.key_expressions import Channel, Key, peer_key
 from pyros1.bridge.protocol.packet_values import PacketError
 from pyros1.bridge.protocol.packets import (
     Kind,
@@ -215,13 +215,13 @@ class Site:
     def leave(self) -> list[Action]:
         """Return the last actions, which tell other sites that this one leaves."""
         return [
-            Send(to_key(peer.name), encode_head(Kind.BYE, self._epoch, peer.epoch), priority=Priority.URGENT)
+            Send(peer_key(peer.name), encode_head(Kind.BYE, self._epoch, peer.epoch), priority=Priority.URGENT)
             for peer in self._peers.values()
             if peer.is_present
         ]
 
     def _to(self, name: str, kind: Kind, body: bytes, priority: Priority = Priority.URGENT) -> Send:
-        return Send(to_key(name), encode_head(kind, self._epoch, self._peers[name].epoch), body, priority)
+        return Send(peer_key(name), encode_head(kind, self._epoch, self._peers[name].epoch), body, priority)
 
     def probes(self, receiver: str, number: int, priority: Priority) -> list[Probe]:
         """Return probes for one site, or for all that get common packets, see `pyros1.bridge.transport.pacer`."""

@@ -6,7 +6,7 @@ from collections.abc import Collection, Mapping
 
 from pyros1.bridge.exchange.actions import Send
 from pyros1.bridge.exchange.outgoing import NumberedMessage, OutgoingTopic
-from pyros1.bridge.protocol.key_expressions import direct_topic_key, to_key, topic_key
+from pyros1.bridge.protocol.key_expressions import direct_topic_key, peer_key, topic_key
 from pyros1.bridge.protocol.packets import (
     Definition,
     Flag,
@@ -57,7 +57,7 @@ class TopicPackets:
         return [
             *packets,
             Send(
-                to_key(peer),
+                peer_key(peer),
                 self._head(Kind.LATCHED_LIST, peer),
                 encode_latched_list(latched_list),
                 topic.settings.priority,
@@ -72,7 +72,7 @@ class TopicPackets:
         packets: list[Send] = []
         if missed.first < first_kept:
             body = encode_resend_refusal(ResendRefusal(missed.topic, first_kept))
-            packets.append(Send(to_key(peer), self._head(Kind.RESEND_REFUSAL, peer), body, topic.settings.priority))
+            packets.append(Send(peer_key(peer), self._head(Kind.RESEND_REFUSAL, peer), body, topic.settings.priority))
         return packets + [self._of_old_message(topic, message, peer) for message in messages]
 
     def _of_old_message(self, topic: OutgoingTopic, message: NumberedMessage, peer: str) -> Send:
@@ -83,7 +83,7 @@ class TopicPackets:
 
     def definition(self, peer: str, definition: Definition) -> Send:
         """Return the packet for a definition."""
-        return Send(to_key(peer), self._head(Kind.DEFINITION, peer), encode_definition(definition))
+        return Send(peer_key(peer), self._head(Kind.DEFINITION, peer), encode_definition(definition))
 
     def _head(self, kind: Kind, peer: str) -> bytes:
         return encode_head(kind, self._epoch, self.epochs.get(peer, 0))

@@ -24,7 +24,7 @@ from pyros1.bridge.exchange.streams import BufferedBytes, Delivery, Stream, make
 from pyros1.bridge.exchange.token_bucket import TokenBucket
 from pyros1.bridge.exchange.topic_sender import Flow
 from pyros1.bridge.names import SharedName, is_topic_name
-from pyros1.bridge.protocol.key_expressions import to_key, topic_key
+from pyros1.bridge.protocol.key_expressions import peer_key, topic_key
 from pyros1.bridge.protocol.packets import (
     MAX_PUBLISHERS,
     Definition,
@@ -313,7 +313,7 @@ class TopicReceiver:
         actions: list[Action] = []
         for peer, md5sums in missing.items():
             if due := self._definitions.take_requests(peer, md5sums, now, _MAX_ASKED):
-                actions.append(Send(to_key(peer), self._head(Kind.ASK, peer), encode_ask(due)))
+                actions.append(Send(peer_key(peer), self._head(Kind.ASK, peer), encode_ask(due)))
         return actions
 
     def _stop(self, feed: Feed, incoming: IncomingTopic, now: float) -> list[Action]:
@@ -406,7 +406,7 @@ class TopicReceiver:
         actions = self._deliver(feed, incoming, incoming.stream.tick(now), now)
         if numbers := incoming.stream.missed(now):
             body = encode_resend_request(ResendRequest(topic, *numbers))
-            actions.append(Send(to_key(peer), self._head(Kind.RESEND_REQUEST, peer), body))
+            actions.append(Send(peer_key(peer), self._head(Kind.RESEND_REQUEST, peer), body))
         return actions
 
     def _head(self, kind: Kind, peer: str) -> bytes:

@@ -49,7 +49,7 @@ def site_key(site: str, key: str) -> str:
     return f"{ROOT}/{site}/{key}"
 
 
-def to_key(peer: str) -> str:
+def peer_key(peer: str) -> str:
     """Return the key for packets to one site."""
     return f"to/{peer}"
 

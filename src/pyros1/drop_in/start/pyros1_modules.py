@@ -198,7 +198,11 @@ def hint_for(error):
     if is_python2(error):
         return PYTHON2_HINT
     advice = replacement_for(error)
-    return "pyros1: this program was written for an older Python. %s." % advice if advice else ""
+    return (
+        "pyros1: this program was written for an older version of Python or of a library. %s." % advice
+        if advice
+        else ""
+    )
 
 
 def take_over(name):

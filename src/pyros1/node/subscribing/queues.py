@@ -243,7 +243,7 @@ class Frames:
 
 
 class Items:
-    """The messages of one receive, if they are not frames in a buffer: large ones, or from shared memory.
+    """The messages of one `receive` that are not frames in a buffer: large ones, and those from shared memory.
 
     Args:
         link: the link that received them.

@@ -76,7 +76,7 @@ class WatchedNode:
         return max(0.0, self._failing_since + self._limit - now)
 
     def is_new_process(self, pid: int | None) -> bool:
-        """Return whether process ``pid``, which has responded, is another process than the one that was found."""
+        """Return whether process ``pid``, which has responded, is a different process from the one that was found."""
         return self.state is State.UNSEEN or pid != self._pid
 
     def on_address(self, uri: str, now: float) -> list[Sighting]:

@@ -73,7 +73,9 @@ def bulk_layout(node: Node, *, source_is_cdr: bool, skip: bool, residues: Iterab
 
 
 def _collect(node: Node, numbers: list[tuple[int, int]], *, source_is_cdr: bool, skip: bool) -> bool:
-    """Append a value's numbers; return False if it contains anything else, or if one side lacks a number."""
+    """Append the width and count of a value's numbers. Return False if they are too many, or if it contains anything
+    else; without ``skip``, also if one side lacks a number.
+    """
     if isinstance(node, Numbers):
         if not (node.in_ros2 if source_is_cdr else node.in_ros1):
             return skip

@@ -55,7 +55,7 @@ class ServiceCaller:
 
     def _call_service(self, call: CallService) -> Any:
         name = self._robot.full_name(call.service)
-        if rosapi.provides(name):
+        if rosapi.is_rosapi_name(name):
             return rosapi.run(self._robot, name, call.args)
         if self._robot.access.read_only:
             raise BridgeError("this server is read-only (--read-only)")

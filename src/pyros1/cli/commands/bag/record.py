@@ -48,7 +48,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
 
 
 def _parse(invocation: Invocation, verb: Verb) -> tuple[Any, list[str]]:
-    """Parse the arguments. Separate the deprecated ``--split=SIZE``, since ``--split`` is declared without a value."""
+    """Parse the arguments. The deprecated ``--split=SIZE`` becomes two of them, since ``--split`` takes no value."""
     args = [part for arg in invocation.args for part in (arg.split("=", 1) if arg.startswith("--split=") else [arg])]
     return parse_marked(invocation, verb, args)
 

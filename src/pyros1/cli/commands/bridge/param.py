@@ -102,8 +102,8 @@ VERB = Verb(
     Argument("site", help="the site: red:"),
     Argument("parameter", optional=True, help="without it, the names of all readable parameters are printed"),
     description="Print a parameter of another site's master as YAML. The bridges of both sites must be running, and "
-    "the other site must allow it with --params. The site ros2: is ROS 2, with `pyros1 bridge ros2`: without a "
-    "parameter, the names of its nodes are printed; the name of a node stands for all of its parameters.",
+    "the other site must allow it with --params. While `pyros1 bridge ros2` runs, the site `ros2:` is "
+    "ROS 2. Without a parameter, the names of its nodes are printed; with the name of a node, all of its parameters.",
     examples=[
         ("red:", "the parameters of site red that may be read"),
         ("red: /robot_description --to /red/robot_description", "copy one to this master, for rviz"),

@@ -35,8 +35,8 @@ def service_names() -> list[str]:
     return [*_services()]
 
 
-def provides(name: str) -> bool:
-    """Return whether rosapi provides the service with a full name."""
+def is_rosapi_name(name: str) -> bool:
+    """Return whether a service's full name is in rosapi's namespace; rosapi may not provide such a service."""
     return name.startswith(PREFIX)
 
 

@@ -99,7 +99,7 @@ class CameraView(View):
         self._unsubscribers = {}
 
     def listen(self, name: str, topic: str, listener: Callable[[Arrival], object]) -> None:
-        """Listen to a topic, in place of the previous topic under the same name; if `topic` is empty, to none."""
+        """Listen to a topic instead of the last one passed with this `name`; for an empty topic, stop listening."""
         self._unsubscribers.pop(name, lambda: None)()
         if topic:
             self._unsubscribers[name] = self.robot.listen(topic, listener)
