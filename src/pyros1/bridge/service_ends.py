@@ -24,7 +24,7 @@ from pyros1.bridge.protocol.calls import Status
 from pyros1.bridge.rules.rules import Rules
 from pyros1.bridge.rules.services import PARAMETERS, match_served
 from pyros1.graph import Graph, SystemState
-from pyros1.ground.errors import Error, NodeError, ServiceError, ServiceRefusal
+from pyros1.ground.errors import Error, NodeError, NodeShutdownError, ServiceError, ServiceRefusal
 from pyros1.ground.names import FullName
 from pyros1.msgs import AnyMsg, Service
 from pyros1.node import Node
@@ -225,6 +225,8 @@ class ServiceEnds:
                 raise ServiceError(f"service [{action.local}] no longer exists")
             else:
                 body = self._call_service(action, service)
+        except NodeShutdownError:
+            return  # the call may have been carried out, as the other site says when it hears that this one leaves
         except ServiceRefusal as error:
             status, body = Status.FAILED, encode_error(str(error.args[0]))
         except ServiceError as error:

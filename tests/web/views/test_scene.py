@@ -46,7 +46,7 @@ def test_a_parameter_that_is_a_text(make_node: Make, watch: Make) -> None:
 
 def test_a_parameter_that_pages_may_not_see(make_robot: Make, watch: Make) -> None:
     narrow = make_robot(topics=("/camera/*",))
-    with pytest.raises(RequestError, match="not among those"):
+    with pytest.raises(RequestError, match="this server does not show"):
         watch("param", narrow, param="/robot_description")
 
 
