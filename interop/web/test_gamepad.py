@@ -153,5 +153,5 @@ def test_where_the_browser_gives_no_gamepads_the_panel_says_why(browser: Browser
     hidden = {"source": "delete Navigator.prototype.getGamepads;"}
     script = browser.driver.execute_cdp_cmd("Page.addScriptToEvaluateOnNewDocument", hidden)
     browser.open(web.page("gamepad"))
-    browser.wait_for_text("only to pages at localhost and https addresses")
+    browser.wait_for_text("only pages at localhost or https addresses")
     browser.driver.execute_cdp_cmd("Page.removeScriptToEvaluateOnNewDocument", script)
