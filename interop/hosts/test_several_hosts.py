@@ -117,7 +117,7 @@ def test_wrong_addresses_are_named_with_the_cure() -> None:
     wrong: dict[str, tuple[dict[str, str], str]] = {
         "localhost": ({"ROS_HOSTNAME": "localhost"}, r"localhost:\d+: Connection refused.*unset ROS_HOSTNAME.*ROS_IP"),
         "unknown": ({"ROS_HOSTNAME": "nobody"}, r"host name 'nobody' cannot be resolved here.*ROS_IP.*/etc/hosts"),
-        "absent": ({"ROS_IP": "10.88.0.99"}, r"http://10\.88\.0\.99:.*export ROS_IP=<its address> there"),
+        "absent": ({"ROS_IP": "10.88.0.99"}, r"http://10\.88\.0\.99:.*export ROS_IP=<its address> and restart"),
     }
     with Network() as network:
         robot, laptop = network.add("robot"), network.add("laptop")

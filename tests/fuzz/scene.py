@@ -34,7 +34,7 @@ _CALIBRATED = {"P": [500.0, 0, 2.0, 0, 0, 500.0, 2.0, 0, 0, 0, 1, 0]}
 
 def _markers(array: Any) -> dict[str, Any]:
     markers = Markers()
-    markers.add(array.markers, 5.0)
+    markers.apply(array.markers, 5.0)
     return {"new": markers.changes(0, 5.0)[1]}
 
 
