@@ -20,7 +20,7 @@ import pytest
 
 from pyros1.ground.errors import UnreachableError, XmlRpcFault
 from pyros1.master import journal as journals
-from pyros1.master.api import MasterApi
+from pyros1.master.api import METHODS, MasterApi
 from pyros1.master.journal import MAGIC, Journal, JournalContents, JournalError, boot_id, encode_record, read_journal
 from pyros1.master.recovery import Recovery, any_reachable, stale_reason
 from pyros1.master.registry import RegisteredNode
@@ -171,6 +171,18 @@ def test_what_was_written_is_read(journal: Callable[..., Journal], tmp_path: Pat
     with path.open("ab") as file:
         file.write(b"\x10\0\0\0abc")
     assert read_journal(path).truncated  # type: ignore[union-attr]
+
+
+def test_a_closed_journal_keeps_no_file_open(journal: Callable[..., Journal], tmp_path: Path) -> None:
+    writer = journal()
+    writer.rewrite([])
+    writer.close(remove=False)
+    open_files = [os.readlink(f"/proc/self/fd/{number}") for number in os.listdir("/proc/self/fd") if _exists(number)]
+    assert not [file for file in open_files if file.startswith(str(tmp_path))]
+
+
+def _exists(number: str) -> bool:
+    return os.path.lexists(f"/proc/self/fd/{number}")
 
 
 def test_an_orderly_end_leaves_nothing(journal: Callable[..., Journal], tmp_path: Path) -> None:
@@ -486,3 +498,10 @@ def test_its_thread_does_not_keep_a_program_from_ending(tmp_path: Path) -> None:
     (thread,) = [thread for thread in threading.enumerate() if thread.name == "master: journal"]
     assert thread.daemon
     journal.close(remove=True)
+
+
+def test_calls_that_change_what_is_registered_are_journaled() -> None:
+    changing = ("register", "unregister", "setParam", "deleteParam", "subscribeParam", "unsubscribeParam")
+    assert {name for name, method in METHODS.items() if method.changes_state} == {
+        name for name in METHODS if name.startswith(changing)
+    }

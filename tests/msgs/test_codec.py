@@ -258,6 +258,7 @@ class NotOneNumber:
         ("int32 x", NotOneNumber(), "field x must be an integer type"),
         ("uint8 x", NotOneNumber(), "field x must be unsigned integer type"),
         ("char x", "a", "field x must be unsigned integer type"),
+        ("uint16 x", -1, "field x must be unsigned integer type"),
         ("float64 x", "a", "field x must be float type"),
         ("float32 x", 1e300, "field x exceeds specified width [float32]"),
         ("float64 x", 10**400, "field x exceeds specified width [float64]"),
