@@ -102,6 +102,7 @@ def test_a_received_message_of_an_installed_type_needs_no_text() -> None:
     for header in (
         {"type": "std_msgs/Int32", "md5sum": load_message("std_msgs/Int32")._md5sum},
         {"type": "std_msgs/Int32", "message_definition": "int"},
+        {"type": "std_msgs/Int32", "md5sum": "0" * 32, "message_definition": "int8 x"},
     ):
         message: Any = AnyMsg(body + b"behind", header).decode()
         assert message.data == 5

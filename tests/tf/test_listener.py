@@ -118,10 +118,10 @@ def test_simulated_time(make_node: Make, master: Master, capfd: pytest.CaptureFi
     clock.publish(tick(Time(50)))
     moving.send_transform(stamped("odom", "base", 50, 1.0))
 
-    seconds = iter(range(51, 10_000))
+    seconds = iter(range(51, 10_000_000, 100))
     timer = maker.timer(0.01, lambda _: clock.publish(tick(Time(next(seconds)))))
     assert buffer.can_transform("odom", "base", timeout=1e6)
-    assert not buffer.can_transform("odom", "nope", timeout=5)
+    assert not buffer.can_transform("odom", "nope", timeout=500)
     timer.shutdown()
     timer.join(5)
     warned, warn = threading.Event(), node.log.warn

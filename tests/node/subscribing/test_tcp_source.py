@@ -271,3 +271,10 @@ def test_polling_ends_while_others_need_the_processor(
     clock.now += MIN_PAUSE
     assert link.address == address
     assert clock.polls_of(link) == pytest.approx(BUSY_POLL_TIME / clock.step, rel=0.01)
+
+
+def test_a_link_that_cannot_wait_expects_no_pieces(pair: tuple[socket.socket, TcpSource]) -> None:
+    _, link = pair
+    link.can_wait = False
+    link.set_expected_layout(100, 50, 0, True)
+    assert link.expected_layout is None
