@@ -421,6 +421,22 @@ def test_what_the_loop_has_left_in_the_lane_and_does_itself_is_watched_again(
     assert link.bytes_sent and link.waiting and loop.events & WRITE
 
 
+@pytest.mark.parametrize(("gap", "waits"), [(1e-5, True), (1e-3, False)])
+def test_small_messages_wait_for_others_only_in_a_tight_loop(
+    by_hand: Any, monkeypatch: pytest.MonkeyPatch, gap: float, waits: bool
+) -> None:
+    link, loop, strand = by_hand
+    while link.waiting:
+        loop.event(WRITE)
+    now = itertools.count()
+    monkeypatch.setattr(tcp_link, "perf_counter", lambda: 1e5 + gap * next(now))
+    waiting = set()
+    for number in range(tcp_link.MIN_STREAK + 20):
+        strand.do(link.send, frame(number, 10))
+        waiting.add(link.waiting)
+    assert (waiting != {0}) is waits
+
+
 def test_a_closed_link_leaves_no_timer(by_hand: Any) -> None:
     """It would keep the link, its queue and its socket until the next check."""
     link, loop, _ = by_hand
