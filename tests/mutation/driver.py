@@ -30,11 +30,16 @@ LEFT_OUT = shutil.ignore_patterns(".git", ".venv*", "build", "dist", "__pycache_
 
 @dataclass(frozen=True)
 class Case:
-    """A mutant of a file, with the tests that reach its line."""
+    """A mutant of a file, with the tests that reach its line, and the other tests of its room.
+
+    What a function returns is often kept for all later calls: then only the first of them reaches its lines, and a
+    mistake there shows in the others, too.
+    """
 
     path: Path
     mutant: Mutant
     tests: tuple[str, ...]
+    others: tuple[str, ...]
 
     @property
     def name(self) -> str:
@@ -92,7 +97,7 @@ def main() -> int:
             texts = {file: (ROOT / file).read_text() for file in files}
             names = [name_of(file, texts[file], mutant) for file, mutant in found]
             found = [found[index] for index in choose(names, options.sample, options.seed)]
-        cases = [Case(file, mutant, tests_at(reached, file, mutant)) for file, mutant in found]
+        cases = [make_case(reached, file, mutant) for file, mutant in found]
         print(f"{len(cases)} mutants; the unchanged tests took {seconds:.0f} s", flush=True)
         result = run(cases, options.jobs, Path(folder), diffs=line is not None)
     return report(result, len(cases), options.seed)
@@ -148,6 +153,14 @@ def reach(copied: Path, tests: list[str]) -> tuple[coverage.CoverageData, float]
     return data, time.monotonic() - began
 
 
+def make_case(reached: coverage.CoverageData, file: Path, mutant: Mutant) -> Case:
+    """Return a mutant with its tests."""
+    tests = tests_at(reached, file, mutant)
+    room = f"{tests_of(str(file))}/"
+    others = sorted({test for test in reached.measured_contexts() if test.startswith(room)}.difference(tests))
+    return Case(file, mutant, tests, tuple(others))
+
+
 def tests_at(reached: coverage.CoverageData, file: Path, mutant: Mutant) -> tuple[str, ...]:
     """
     Return the tests that reach a mutant: all of them for a line that runs when its module is imported.
@@ -187,7 +200,9 @@ def run(cases: list[Case], jobs: int, folder: Path, diffs: bool) -> Result:
         elif not case.tests:
             word, kind = "unreached", result.unreached
         else:
-            word = outcome(case, local.copy)
+            word = outcome(case, case.tests, local.copy)
+            if word == "survived" and case.others:
+                word = outcome(case, case.others, local.copy)
             kind = {"killed": result.killed, "hung": result.hung, "survived": result.survived}[word]
         with printing:
             kind.append(case)
@@ -201,12 +216,12 @@ def run(cases: list[Case], jobs: int, folder: Path, diffs: bool) -> Result:
     return result
 
 
-def outcome(case: Case, copied: Path) -> str:
-    """Return ``killed``, ``hung`` or ``survived``: what the tests say of a mutant."""
+def outcome(case: Case, tests: tuple[str, ...], copied: Path) -> str:
+    """Return ``killed``, ``hung`` or ``survived``: what some tests say of a mutant."""
     file = copied / case.path
     unchanged = file.read_bytes()
     names = copied / "names"
-    names.write_text("\n".join(case.tests))
+    names.write_text("\n".join(tests))
     file.write_bytes(case.mutant.apply(unchanged))
     command = [sys.executable, "-m", "pytest", "-x", "-p", "no:cacheprovider", f"--timeout={HANGS}", "@names"]
     process = subprocess.Popen(
@@ -219,7 +234,7 @@ def outcome(case: Case, copied: Path) -> str:
         start_new_session=True,
     )
     try:
-        return "killed" if process.wait(30 + 2 * len(case.tests)) else "survived"
+        return "killed" if process.wait(30 + 2 * len(tests)) else "survived"
     except subprocess.TimeoutExpired:
         return "hung"
     finally:
