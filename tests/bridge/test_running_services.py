@@ -21,7 +21,7 @@ from pyros1.bridge.parameters import (
 )
 from pyros1.bridge.service_ends import PARAMETERS_CLASS
 from pyros1.graph import Graph, probe_service
-from pyros1.ground.errors import ServiceError, ServiceRefusal
+from pyros1.ground.errors import NodeShutdownError, ServiceError, ServiceRefusal
 from pyros1.master.server import Master
 from pyros1.msgs import AnyMsg
 from pyros1.msgs.std_srvs.srv import SetBool, Trigger
@@ -130,6 +130,37 @@ def test_a_service_that_takes_too_long(pair: Pair) -> None:
             base.node.service("/red/slow", Trigger)()
     finally:
         end.set()
+
+
+def test_calls_that_the_end_of_a_bridge_cuts_short_are_not_called_refused(
+    pair: Pair, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """They may have been carried out: the node's end can reach them before the bridge has said that it leaves."""
+    red, base = pair
+    cut_short = threading.Event()
+
+    def call(*_: object, **_options: object) -> None:
+        cut_short.set()
+        raise NodeShutdownError("shutting down")
+
+    red.node.advertise_service("/cut", Trigger, lambda _: (True, ""))
+    has_service(base, "/red/cut")
+    monkeypatch.setattr(red.bridge_node, "service", call)
+    errors: list[str] = []
+
+    def use() -> None:
+        try:
+            base.node.service("/red/cut", Trigger)()
+        except ServiceError as error:
+            errors.append(str(error))
+
+    thread = threading.Thread(target=use)
+    thread.start()
+    assert cut_short.wait(20)
+    red.bridge_node.shutdown()
+    thread.join(20)
+    assert len(errors) == 1 and "site red has left; the call may have been carried out, or not" in errors[0]
+    red.restart_bridge()
 
 
 def test_a_bridge_that_leaves_ends_its_calls(pair: Pair) -> None:
