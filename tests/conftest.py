@@ -125,6 +125,14 @@ def free_port(free_ports: Callable[[int], list[int]]) -> int:
 
 
 @pytest.fixture
+def closed_port() -> Iterator[int]:
+    """A port that refuses connections: bound, so that no other program can listen on it."""
+    with socket.socket() as sock:
+        sock.bind(("127.0.0.1", 0))
+        yield sock.getsockname()[1]
+
+
+@pytest.fixture
 def call_main(capsys: pytest.CaptureFixture[str]) -> Callable[..., tuple[int, str, str]]:
     """Return a function that calls ``main([word, ...])`` as a program and returns exit code, stdout and stderr."""
 

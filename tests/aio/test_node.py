@@ -428,9 +428,9 @@ asyncio.run(main())
 
 @pytest.mark.slow
 def test_ctrl_c_while_waiting_for_the_master_ends_the_program(
-    start: Callable[[str], Started], environ: dict[str, str], free_port: int
+    start: Callable[[str], Started], environ: dict[str, str], closed_port: int
 ) -> None:
-    environ["ROS_MASTER_URI"] = f"http://localhost:{free_port}/"
+    environ["ROS_MASTER_URI"] = f"http://localhost:{closed_port}/"
     program = start(PROGRAM.replace("BODY", "pass"))
     assert program.process.stderr is not None
     assert b"Unable to immediately register" in program.process.stderr.readline()

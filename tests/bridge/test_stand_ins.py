@@ -94,9 +94,9 @@ def test_a_node_that_starts_here_takes_its_name(stand_ins: StandIns, bridge: Nod
 
 
 def test_a_registration_that_is_left_of_a_dead_node_does_not_count(
-    stand_ins: StandIns, bridge: Node, free_port: int
+    stand_ins: StandIns, bridge: Node, closed_port: int
 ) -> None:
-    dead = f"http://127.0.0.1:{free_port}/"
+    dead = f"http://127.0.0.1:{closed_port}/"
     master = MasterClient("/red/talker", bridge.master_uri)
     master.register_publisher("/x", "std_msgs/String", dead)
     master.close()

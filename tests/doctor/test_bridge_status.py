@@ -29,7 +29,7 @@ def test_a_status_is_fetched_without_a_node(make_node: Callable[..., Node]) -> N
     assert isinstance(found["/other"], ServiceError), "it has another type"
 
 
-def test_calls_that_fail(make_node: Callable[..., Node], free_port: int) -> None:
+def test_calls_that_fail(make_node: Callable[..., Node], closed_port: int) -> None:
     node, end = make_node("bridge"), threading.Event()
 
     def refuse(_: object) -> None:
@@ -50,7 +50,7 @@ def test_calls_that_fail(make_node: Callable[..., Node], free_port: int) -> None
     with pytest.raises(ServiceError):
         call_trigger("/nowhere", uri, "/test")
     with pytest.raises(ServiceUnavailableError):
-        call_trigger("/a", f"rosrpc://127.0.0.1:{free_port}", "/test")
+        call_trigger("/a", f"rosrpc://127.0.0.1:{closed_port}", "/test")
 
 
 @pytest.mark.parametrize("text", ["", "5", "[]", "{}", '{"site": 5}', "[" * 100_000, '{"site": "' + "x" * (8 << 20)])

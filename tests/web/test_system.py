@@ -190,10 +190,10 @@ def test_an_edge_is_missing_when_it_was_missing_before(
     assert look(system, clock)["missing"] == [["/chat", "/talker", "/listener"]]
 
 
-def test_silent_nodes_miss_nothing(system: System, clock: Clock, master: Master, free_port: int) -> None:
+def test_silent_nodes_miss_nothing(system: System, clock: Clock, master: Master, closed_port: int) -> None:
     client = MasterClient("/gone", master.uri)
-    client.register_publisher("/t", "std_msgs/String", f"http://localhost:{free_port}/")
-    client.register_subscriber("/t", "std_msgs/String", f"http://localhost:{free_port}/")
+    client.register_publisher("/t", "std_msgs/String", f"http://localhost:{closed_port}/")
+    client.register_subscriber("/t", "std_msgs/String", f"http://localhost:{closed_port}/")
     client.close()
     look(system, clock)
     found = look(system, clock)

@@ -57,21 +57,18 @@ def resolve_host(host: str) -> list[str] | None:
         return None
 
 
-def _accepts_connections(uri: str) -> bool:
-    """Return whether a node accepts connections, which means that its process is running and reachable."""
+def _failure_reason(error: Error, uri: str) -> Failure:
+    """Return the reason why a node did not respond. A new connection tells a node that hangs from one that is gone."""
+    failure = classify_error(error)
+    if failure.kind != TIMEOUT:
+        return failure
     try:
         socket.create_connection(parse_uri(uri), _CONNECT_TIMEOUT).close()
+    except ConnectionRefusedError:
+        return Failure(REFUSED, failure.text)
     except (OSError, Error):
-        return False
-    return True
-
-
-def _failure_reason(error: Error, uri: str) -> Failure:
-    """Return the reason why a node did not respond."""
-    failure = classify_error(error)
-    if failure.kind == TIMEOUT and _accepts_connections(uri):
-        return Failure(HANGS, failure.text)
-    return failure
+        return failure
+    return Failure(HANGS, failure.text)
 
 
 def probe_node(caller_id: str, uri: str) -> Failure | None:

@@ -25,9 +25,9 @@ def test_services_with_types(make_node: Callable[..., Node]) -> None:
     assert "/far" not in found and f"/bridge/{STATUS_SERVICE}" not in found and local.problems == {}
 
 
-def test_a_provider_that_does_not_answer(make_node: Callable[..., Node], free_port: int) -> None:
+def test_a_provider_that_does_not_answer(make_node: Callable[..., Node], closed_port: int) -> None:
     node = make_node("user")
-    node.master.register_service("/dead", f"rosrpc://127.0.0.1:{free_port}", node.uri)
+    node.master.register_service("/dead", f"rosrpc://127.0.0.1:{closed_port}", node.uri)
     local = LocalServices(Graph(node.master), lambda name: name == "/dead")
     assert LocalService("/dead") in local.services()
     assert local.problems == {"/dead": "its provider has not reported its type"}

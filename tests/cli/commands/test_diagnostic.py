@@ -149,7 +149,7 @@ def test_what_is_not_understood_is_refused(run: Run) -> None:
     assert run("word")[0] == 2 and run("-h")[0] == 0
 
 
-def test_without_a_master(run: Run, monkeypatch: pytest.MonkeyPatch, free_port: int) -> None:
-    monkeypatch.setenv("ROS_MASTER_URI", f"http://localhost:{free_port}")
+def test_without_a_master(run: Run, monkeypatch: pytest.MonkeyPatch, closed_port: int) -> None:
+    monkeypatch.setenv("ROS_MASTER_URI", f"http://localhost:{closed_port}")
     code, out, err = run()
     assert (code, out) == (1, "") and err.startswith("ERROR: Unable to communicate with master!\n")

@@ -187,8 +187,8 @@ def test_a_node_that_describes_nothing(run: Run, camera: Any, tmp_path: Path, mo
     assert run("set", "/camera", "gain", "1")[:2] == (1, "couldn't set parameters at node /camera\n")
 
 
-def test_without_a_master(run: Run, monkeypatch: pytest.MonkeyPatch, free_port: int) -> None:
-    monkeypatch.setenv("ROS_MASTER_URI", f"http://localhost:{free_port}")
+def test_without_a_master(run: Run, monkeypatch: pytest.MonkeyPatch, closed_port: int) -> None:
+    monkeypatch.setenv("ROS_MASTER_URI", f"http://localhost:{closed_port}")
     code, out, err = run("list")
     assert (code, out) == (1, "") and err.startswith("ERROR: Unable to communicate with master!\n")
     assert run("get", "/x") == (code, out, err)

@@ -64,7 +64,7 @@ def test_text_json_and_dot_l177(run: Run) -> None:
 
 
 def test_dot_shows_what_is_missing_and_what_nobody_knows(
-    run: Run, make_node: Callable[..., Any], master: Any, free_port: int
+    run: Run, make_node: Callable[..., Any], master: Any, closed_port: int
 ) -> None:
     from pyros1.net.master_client import MasterClient
 
@@ -72,7 +72,7 @@ def test_dot_shows_what_is_missing_and_what_nobody_knows(
     talker.advertise("chat", String)
     listener.subscribe("chat", "std_msgs/Float64", lambda message: None)
     client = MasterClient("/gone", master.uri)
-    client.register_subscriber("/chat", "std_msgs/String", f"http://localhost:{free_port}/")
+    client.register_subscriber("/chat", "std_msgs/String", f"http://localhost:{closed_port}/")
     client.close()
     lines = run("--dot")[1].splitlines()
     assert '  "/gone" [style=dashed];' in lines
@@ -107,11 +107,11 @@ def test_drawing_without_graphviz_says_what_is_missing(run: Run, monkeypatch: py
     assert code == 1 and "Graphviz" in err
 
 
-def test_a_dead_node_is_named(run: Run, master: Any, free_port: int) -> None:
+def test_a_dead_node_is_named(run: Run, master: Any, closed_port: int) -> None:
     from pyros1.net.master_client import MasterClient
 
     client = MasterClient("/gone", master.uri)
-    client.register_publisher("/t", "std_msgs/String", f"http://localhost:{free_port}/")
+    client.register_publisher("/t", "std_msgs/String", f"http://localhost:{closed_port}/")
     client.close()
     code, out, err = run("--once")
     assert code == 0 and "  /gone :\n" in out and "WARNING: /gone does not answer" in err
@@ -130,10 +130,10 @@ def test_each_second_until_it_is_interrupted(run: Run, monkeypatch: pytest.Monke
     assert code == 0 and out == "\n\nNodes:\nServices:\n" * 3 and pauses == [1.0] * 3
 
 
-def test_wrong_words_help_and_no_master(run: Run, monkeypatch: pytest.MonkeyPatch, free_port: int) -> None:
+def test_wrong_words_help_and_no_master(run: Run, monkeypatch: pytest.MonkeyPatch, closed_port: int) -> None:
     assert run("-h")[0] == 0 and "--dot" in run("--help")[1]
     assert run("x")[0] == 255 and run("--svg")[0] == 255
-    monkeypatch.setenv("ROS_MASTER_URI", f"http://localhost:{free_port}")
+    monkeypatch.setenv("ROS_MASTER_URI", f"http://localhost:{closed_port}")
     assert run("--once")[0] == 1
     monkeypatch.setattr("sys.argv", ["rosgraph"])
     code, out, err = run()

@@ -100,8 +100,8 @@ def test_colours_only_on_request() -> None:
     assert echo.format_message(SimpleNamespace(level=3, name="/n", msg="m")) == "[ 3     ] [/n]: m"
 
 
-def test_without_a_master(run: Run, monkeypatch: pytest.MonkeyPatch, free_port: int) -> None:
-    monkeypatch.setenv("ROS_MASTER_URI", f"http://localhost:{free_port}")
+def test_without_a_master(run: Run, monkeypatch: pytest.MonkeyPatch, closed_port: int) -> None:
+    monkeypatch.setenv("ROS_MASTER_URI", f"http://localhost:{closed_port}")
     for words in (["echo"], ["list", "x"]):
         code, out, err = run(*words)
         assert (code, out) == (1, "") and err.startswith("ERROR: Unable to communicate with master!\n")

@@ -32,12 +32,12 @@ def listed(
 
 
 def test_the_living_the_dead_and_the_unreachable(
-    listed: Callable[..., tuple[int, str]], make_node: Any, environ: dict[str, str], free_port: int
+    listed: Callable[..., tuple[int, str]], make_node: Any, environ: dict[str, str], closed_port: int
 ) -> None:
     node = make_node("alive")
     assert listed("--check") == (0, "/alive  alive\n")
     client = MasterClient("/long_dead", environ["ROS_MASTER_URI"])
-    client.register_publisher("/t", "std_msgs/String", f"http://localhost:{free_port}/")
+    client.register_publisher("/t", "std_msgs/String", f"http://localhost:{closed_port}/")
     client.caller_id = "/nowhere"
     client.register_publisher("/t", "std_msgs/String", "http://host.invalid:1/")
     client.close()

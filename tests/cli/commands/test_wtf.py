@@ -346,9 +346,9 @@ def test_a_link_that_the_master_does_not_know(
 # Services, clocks, masters --------------------------------------------------------------------------------------------
 
 
-def test_a_service_that_does_not_answer(findings: Callable[..., Found], client: MasterClient, free_port: int) -> None:
+def test_a_service_that_does_not_answer(findings: Callable[..., Found], client: MasterClient, closed_port: int) -> None:
     with fake_node() as uri:
-        client.register_service("/broken", f"rosrpc://localhost:{free_port}", uri)
+        client.register_service("/broken", f"rosrpc://localhost:{closed_port}", uri)
         found = findings()["service"]
     assert "service [/broken] appears to be malfunctioning" in found["items"][0] and "restart" in found["cure"]
 
@@ -437,15 +437,15 @@ def test_disks(findings: Callable[..., Found], shell: pytest.MonkeyPatch, tmp_pa
 
 
 def test_no_master_says_how_to_get_one(
-    findings: Callable[..., Found], shell: pytest.MonkeyPatch, free_port: int, capsys: Any
+    findings: Callable[..., Found], shell: pytest.MonkeyPatch, closed_port: int, capsys: Any
 ) -> None:
-    shell.setenv("ROS_MASTER_URI", f"http://localhost:{free_port}")
+    shell.setenv("ROS_MASTER_URI", f"http://localhost:{closed_port}")
     found = findings()["no-master"]
     assert found["severity"] == "warning" and found["cure"] == "pyros1 core"
     assert run_command("wtf", []) == 0
     out = capsys.readouterr().out
     assert (
-        f"ROS Master does not appear to be running.\nOnline graph checks will not be run.\nROS_MASTER_URI is [http://localhost:{free_port}]\n"
+        f"ROS Master does not appear to be running.\nOnline graph checks will not be run.\nROS_MASTER_URI is [http://localhost:{closed_port}]\n"
         in out
     )
 

@@ -64,7 +64,7 @@ def test_messages_are_the_curves_of_their_numbers(
     asked.close()
 
 
-def test_curves_without_a_master(free_port: int) -> None:
-    asked = invocation({"ROS_MASTER_URI": f"http://127.0.0.1:{free_port}"})
+def test_curves_without_a_master(closed_port: int) -> None:
+    asked = invocation({"ROS_MASTER_URI": f"http://127.0.0.1:{closed_port}"})
     assert expand_messages(asked, ["/odom/pose/pose/position"]) == ["/odom/pose/pose/position"]
     asked.close()

@@ -310,8 +310,8 @@ def test_unavailable(caller: Any) -> None:
         caller.service("nothing", Empty)()
 
 
-def test_a_provider_that_cannot_be_reached(caller: Any, fake_node: Any, free_port: int) -> None:
-    uri = f"rosrpc://localhost:{free_port}"
+def test_a_provider_that_cannot_be_reached(caller: Any, fake_node: Any, closed_port: int) -> None:
+    uri = f"rosrpc://localhost:{closed_port}"
     fake = fake_node("/fake")
     fake.master.register_service("/s", uri, fake.uri)
     with pytest.raises(ServiceUnavailableError, match=rf"/s.*{uri}"):
@@ -531,11 +531,11 @@ def test_wait_for_service(make_node: Any, server: Any, caller: Any, in_thread: A
     caller.service("s", Empty).wait(5.0)
 
 
-def test_wait_for_service_gives_up_p21(caller: Any, fake_node: Any, free_port: int) -> None:
+def test_wait_for_service_gives_up_p21(caller: Any, fake_node: Any, closed_port: int) -> None:
     with pytest.raises(WaitTimeoutError, match="timeout exceeded while waiting for service /s"):
         caller.wait_for_service("s", 0.05)
     fake = fake_node("/fake")
-    fake.master.register_service("/s", f"rosrpc://localhost:{free_port}", fake.uri)
+    fake.master.register_service("/s", f"rosrpc://localhost:{closed_port}", fake.uri)
     with pytest.raises(WaitTimeoutError, match=r"/s: it is registered at .*, but cannot be reached"):
         caller.wait_for_service("s", 0.05)
 

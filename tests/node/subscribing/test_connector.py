@@ -79,9 +79,9 @@ def test_a_fault_from_request_topic_is_asked_again(make_node: Any, fake_node: An
     got.wait()
 
 
-def test_a_wrong_port_is_tried_again(make_node: Any, fake_node: Any, collect: Any, free_port: int) -> None:
+def test_a_wrong_port_is_tried_again(make_node: Any, fake_node: Any, collect: Any, closed_port: int) -> None:
     fake, got = fake_node("/fake"), collect()
-    fake.answers["requestTopic"] = [1, "ready", ["TCPROS", "localhost", free_port]]
+    fake.answers["requestTopic"] = [1, "ready", ["TCPROS", "localhost", closed_port]]
     fake.publish("/t")
     make_node("listener").subscribe("t", Float64, got)
     assert fake.calls.until(lambda _: requests(fake) >= 2)
@@ -317,14 +317,14 @@ def test_a_replaced_publisher_of_which_one_notice_came_is_tried_again(
 
 
 def test_unreachable_publishers_delay_no_other(
-    make_node: Any, fake_node: Any, collect: Any, free_port: int, transport: str
+    make_node: Any, fake_node: Any, collect: Any, closed_port: int, transport: str
 ) -> None:
     """Dead, silent and nameless publishers are listed before the good one."""
     listener, got = make_node("listener"), collect()
     bad = [fake_node(f"/bad{index}") for index in range(3)]
     with socket.create_server(("127.0.0.1", 0)) as publisher_silent:
         uris = [
-            f"http://localhost:{free_port}/",
+            f"http://localhost:{closed_port}/",
             f"http://localhost:{publisher_silent.getsockname()[1]}/",
             "http://no-such-host.invalid:1234/",
         ]
@@ -405,7 +405,7 @@ def test_data_at_an_unknown_host_is_warned_of(make_node: Any, fake_node: Any, co
 
 
 def test_many_publishers_that_were_killed_cause_few_warnings(
-    make_node: Any, watch_log: Any, free_port: int, monkeypatch: pytest.MonkeyPatch
+    make_node: Any, watch_log: Any, closed_port: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Each names first what is likely, where all nodes use ROS_HOSTNAME=localhost."""
     monkeypatch.setattr("pyros1.node.subscribing.dialogue.REPORTED_BACKOFF", 0.02)
@@ -413,7 +413,7 @@ def test_many_publishers_that_were_killed_cause_few_warnings(
     assert context_of(node).host == "localhost"
     log = watch_log(node)
     node.subscribe("t", Float64, print)
-    killed = [f"http://localhost:{free_port}/{number}" for number in range(31)]
+    killed = [f"http://localhost:{closed_port}/{number}" for number in range(31)]
     context_of(node).loop.run(subscription_of(node, "/t").update_publishers, killed)
     log.saw("no messages of /t", "Connection refused. Has it exited? Then run: pyros1 node cleanup")
     assert log.until(lambda _: sum("no messages" in text for text in log.texts) == 3)

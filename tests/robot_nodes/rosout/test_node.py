@@ -44,9 +44,9 @@ def test_nothing_is_done_while_another_node_collects_messages(
     assert not is_running(environ["ROS_MASTER_URI"])
 
 
-def test_a_node_that_died_does_not_count(environ: dict[str, str], free_port: int) -> None:
+def test_a_node_that_died_does_not_count(environ: dict[str, str], closed_port: int) -> None:
     client = MasterClient("/rosout", environ["ROS_MASTER_URI"])
-    client.register_publisher("/rosout_agg", "rosgraph_msgs/Log", f"http://localhost:{free_port}/")
+    client.register_publisher("/rosout_agg", "rosgraph_msgs/Log", f"http://localhost:{closed_port}/")
     client.close()
     assert not is_running(environ["ROS_MASTER_URI"])
 

@@ -43,7 +43,7 @@ def _but(finding: Finding, *items: str) -> tuple[Any, ...]:
 
 @pytest.mark.slow
 def test_a_broken_topic_and_a_dead_node(
-    make_robot: Callable[..., Robot], master: Master, make_node: Callable[..., Any], free_port: int
+    make_robot: Callable[..., Robot], master: Master, make_node: Callable[..., Any], closed_port: int
 ) -> None:
     robot = make_robot(topics=("/chat", "/quiet"))
     talker, listener = make_node("talker"), make_node("listener", log_level="fatal")
@@ -51,7 +51,7 @@ def test_a_broken_topic_and_a_dead_node(
         talker.advertise(topic, String)
         listener.subscribe(topic, Float64, lambda message: None)
     client = MasterClient("/gone", master.uri)
-    client.register_publisher("/quiet", "std_msgs/String", f"http://localhost:{free_port}/")
+    client.register_publisher("/quiet", "std_msgs/String", f"http://localhost:{closed_port}/")
     client.close()
     (found,) = calls.run(robot, "doctor.topic", {"topic": "/chat"})
     assert found["kind"] == "type-mismatch"

@@ -89,9 +89,9 @@ def test_only_what_may_be_told(robot: Robot, make_robot: Make, launch: str) -> N
         calls.run(looker, "launches.forget", {"launch": launch})
 
 
-def test_a_launch_that_was_killed_is_shown_and_forgotten(robot: Robot, watch: Make, free_port: int) -> None:
+def test_a_launch_that_was_killed_is_shown_and_forgotten(robot: Robot, watch: Make, closed_port: int) -> None:
     param = "/roslaunch/uris/host_gone__1"
-    robot.master.set_param(param, f"http://localhost:{free_port}/")
+    robot.master.set_param(param, f"http://localhost:{closed_port}/")
     robot.master.set_param("/roslaunch/uris/odd", "nonsense")
     watched = watch("launches")
     seen = watched.until(lambda data: len(data["launches"]) == 2)
