@@ -19,7 +19,7 @@ pytest does not rewrite the asserts of pyros1: PYTEST_DONT_REWRITE
 
 from __future__ import annotations
 
-TYPE_CHECKING = False  # as in typing, which small programs thus need not load
+TYPE_CHECKING = False  # instead of typing.TYPE_CHECKING, so that small programs need not import typing
 if TYPE_CHECKING:
     from typing import Any
 

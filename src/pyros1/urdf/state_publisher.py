@@ -140,7 +140,7 @@ class RobotStatePublisher:
         self._kinematics.add_mimic_joints(positions_by_name)
         joint_positions = [positions_by_name[name] for name in joint_set.joints]
         if not isfinite(sum(joint_positions)) and not all(map(isfinite, joint_positions)):
-            self._node.log.warn("messages with positions that are not numbers are ignored", throttle=10)
+            self._node.log.warn("joint states with positions that are NaN or infinite are ignored", throttle=10)
             return
         if joint_positions:
             self._tf_publisher.publish(AnyMsg(joint_set.batch.encode(stamp.secs, stamp.nsecs, joint_positions)))

@@ -140,7 +140,7 @@ def open_cipher(header: Mapping[str, bytes]) -> Cipher:
     if encryptor != AES_ENCRYPTOR:
         raise KeyUnavailableError(f"the bag is encrypted by {encryptor}, which is not supported")
     fields = {name: header[name] for name in ("encryptor", "gpg_user", "encrypted_key") if name in header}
-    _import_ciphers()  # fails before the user is asked for a passphrase
+    _import_ciphers()  # first, so that a missing package is reported before the user is asked for a passphrase
     return Cipher(fields, run_gpg("--max-output", "4096", "--decrypt", data=header.get("encrypted_key", b"")))
 
 

@@ -72,7 +72,7 @@ class Ros2Bridge:
     Args:
         node: the bridge's node in ROS 1; it must run callbacks inline.
         ros2_name: the name of its node in ROS 2; bridges of the same master share it.
-        domain: the ROS domain.
+        domain: the ROS 2 domain ID.
         rules: what may be exchanged.
         types: knows the types of both sides.
         make_session: creates its session, see `pyros1.ros2.bridge.side.MakeSide`.

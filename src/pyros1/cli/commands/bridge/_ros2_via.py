@@ -48,7 +48,8 @@ def choose_way(options: Any) -> Way:
         return Way("rclpy")
     if options.via == "rclpy":
         raise CommandError(
-            f"{problem}; run `source /opt/ros/.../setup.bash`, and pyros1 with the Python that this ROS 2 is made for"
+            f"{problem}; run `source /opt/ros/.../setup.bash`, and start pyros1 with the Python version that this "
+            "ROS 2 was built for"
         )
     return Way("zenoh", f"zenoh, since {problem}")
 
