@@ -109,7 +109,7 @@ def test_what_cannot_be_used_is_told(make_node: Make) -> None:
         told += log.next().msg
     assert "ignored an invalid JointState message" in told
     assert 'about joint(s) "turn"(,...) whose position member was empty' in told
-    assert "messages with positions that are not numbers" in told
+    assert "joint states with positions that are NaN or infinite" in told
     assert "seconds old" in told
 
 

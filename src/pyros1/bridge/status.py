@@ -13,7 +13,7 @@ from pyros1.bridge.exchange.outgoing import OutgoingTopic
 from pyros1.bridge.exchange.services.call_packets import CallCounts
 from pyros1.bridge.exchange.services.calls import RemoteService
 from pyros1.bridge.exchange.site import Site
-from pyros1.bridge.exchange.topic_sender import Flow
+from pyros1.bridge.exchange.topic_sender import TopicCounts
 from pyros1.bridge.protocol.key_expressions import direct_topic_key, topic_key
 from pyros1.bridge.rates import Count, Rate, Rates
 from pyros1.bridge.rules.services import PARAMETERS
@@ -173,7 +173,7 @@ def flow_counts(site: Site) -> dict[Hashable, Count]:
     """Return how much of each topic has been sent or received, for the rates in the status. Topics without messages are
     left out, since this is called each second and there may be thousands of topics.
     """
-    flows: list[tuple[Hashable, Flow]] = [(("", topic.topic), flow) for topic, _, flow in site.sent_topics()]
+    flows: list[tuple[Hashable, TopicCounts]] = [(("", topic.topic), flow) for topic, _, flow in site.sent_topics()]
     flows += site.topic_receiver.flows()
     return {key: Count(flow.messages, flow.bytes) for key, flow in flows if flow.messages}
 

@@ -49,7 +49,7 @@ def _open_page(node: Node) -> subprocess.Popen[bytes]:
     def report_failure() -> None:
         if page_process.wait() not in (0, -15):
             node.log.error(
-                "the page with sliders could not be opened (see above); the joint states are published anyway"
+                "the page with the sliders could not be opened (see above); joint states are published anyway"
             )
 
     threading.Thread(target=report_failure, name="watch the page", daemon=True).start()

@@ -60,7 +60,7 @@ class Finder:
 
     @property
     def uses_stock(self) -> bool:
-        """Whether stock's modules are used: PYROS1_ROSPY is "stock", or stock's rospy is installed and it is not "pyros1"."""
+        """Whether stock's modules are used: as PYROS1_ROSPY says, otherwise if stock's rospy is installed."""
         if self._uses_stock is None:
             preference = self._environ.get(PREFERENCE_VARIABLE, "")
             self._uses_stock = preference == "stock" or (preference != "pyros1" and self._has_stock_rospy())

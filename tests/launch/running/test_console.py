@@ -18,11 +18,11 @@ class Terminal(io.StringIO):
 @pytest.mark.parametrize("shows_title", [True, False])
 def test_a_title_is_not_escaped_by_the_stream_of_a_command_l167(shows_title: bool) -> None:
     terminal = Terminal()
-    Console(CleanStream(terminal), terminal, title=shows_title).title("robot.launch")  # type: ignore[arg-type]
+    Console(CleanStream(terminal), terminal, title=shows_title).set_title("robot.launch")  # type: ignore[arg-type]
     assert terminal.getvalue() == ("\033]2;robot.launch\007" if shows_title else "")
 
 
 def test_a_file_has_no_title() -> None:
     file = io.StringIO()
-    Console(file, file).title("robot.launch")
+    Console(file, file).set_title("robot.launch")
     assert file.getvalue() == ""

@@ -8,7 +8,7 @@ from typing import NamedTuple
 from pyros1.bridge.conversions.prefixes import Prefixer
 from pyros1.bridge.exchange.outgoing import DropReason
 from pyros1.bridge.exchange.streams import Stream
-from pyros1.bridge.exchange.topic_sender import Flow
+from pyros1.bridge.exchange.topic_sender import TopicCounts
 from pyros1.bridge.names import SharedName
 from pyros1.bridge.protocol.packets import OfferedTopic
 from pyros1.bridge.rules.rules import Settings
@@ -38,7 +38,7 @@ class IncomingTopic:
         self.offered = offered
         self.settings = settings
         self.stream = stream
-        self.flow = Flow()
+        self.flow = TopicCounts()
         self.is_wanted = False
         self.wanted_since = 0.0
         self.is_paused = False
@@ -80,6 +80,6 @@ class ReceivedTopic(NamedTuple):
     type: str
     local: str
     state: str
-    flow: Flow
+    flow: TopicCounts
     missed_drops: Mapping[str, int]
     publishers: tuple[str, ...] = ()

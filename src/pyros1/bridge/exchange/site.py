@@ -39,7 +39,7 @@ from pyros1.bridge.exchange.services.served import LocalService
 from pyros1.bridge.exchange.services.services import Services
 from pyros1.bridge.exchange.slow_sites import SlowSites
 from pyros1.bridge.exchange.topic_receiver import TopicReceiver
-from pyros1.bridge.exchange.topic_sender import Flow, LocalTopic, TopicSender
+from pyros1.bridge.exchange.topic_sender import LocalTopic, TopicCounts, TopicSender
 from pyros1.bridge.names import SharedName
 from pyros1.bridge.protocol.calls import decode_call_head
 from pyros1.bridge.protocol.key_expressions import Channel, Key, peer_key
@@ -420,7 +420,7 @@ class Site:
         """Return the other sites that have been present, even if they are lost now."""
         return frozenset(name for name, peer in self._peers.items() if peer.epoch)
 
-    def sent_topics(self) -> list[tuple[OutgoingTopic, LocalTopic, Flow]]:
+    def sent_topics(self) -> list[tuple[OutgoingTopic, LocalTopic, TopicCounts]]:
         """Return the offered topics, each with its local topic and its flow."""
         return self._topic_sender.flows()
 

@@ -22,7 +22,7 @@ from pyros1.bridge.exchange.outputs import Candidate, Feed, Output, Outputs, cho
 from pyros1.bridge.exchange.peer import Peer
 from pyros1.bridge.exchange.streams import BufferedBytes, Delivery, Stream, make_stream
 from pyros1.bridge.exchange.token_bucket import TokenBucket
-from pyros1.bridge.exchange.topic_sender import Flow
+from pyros1.bridge.exchange.topic_sender import TopicCounts
 from pyros1.bridge.names import SharedName, is_topic_name
 from pyros1.bridge.protocol.key_expressions import peer_key, topic_key
 from pyros1.bridge.protocol.packets import (
@@ -417,7 +417,7 @@ class TopicReceiver:
             return "site lost"
         return self._unusable.get(feed) or ("subscribed" if incoming.is_wanted else "no subscribers here")
 
-    def flows(self) -> list[tuple[Feed, Flow]]:
+    def flows(self) -> list[tuple[Feed, TopicCounts]]:
         """Return the flows of the topics that are accepted."""
         return [(feed, incoming.flow) for feed, incoming in self._incoming.items()]
 
@@ -437,5 +437,5 @@ class TopicReceiver:
             for (peer, topic), incoming in self._incoming.items()
         ]
         for (peer, topic), (type_name, reason) in self._refused.items():
-            found.append(ReceivedTopic(peer, topic, type_name, "", reason, Flow(), {}))
+            found.append(ReceivedTopic(peer, topic, type_name, "", reason, TopicCounts(), {}))
         return found

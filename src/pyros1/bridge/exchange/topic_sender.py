@@ -61,7 +61,7 @@ class LocalTopic(NamedTuple):
         return self._replace(type=name, md5sum=md5sum, definition=definition, latched=latched, conversion=conversion)
 
 
-class Flow:
+class TopicCounts:
     """Counts the messages of a topic that were sent or delivered, and those dropped, by reason."""
 
     def __init__(self) -> None:
@@ -88,7 +88,7 @@ class _Sent(NamedTuple):
     receivers: frozenset[str]
     is_private: bool  # other sites must not be able to read its messages
     local: LocalTopic
-    flow: Flow
+    flow: TopicCounts
 
 
 class TopicSender:
@@ -212,7 +212,7 @@ class TopicSender:
                 topic, flow = before.topic, before.flow
                 topic.offered = offered  # other sites request the latched messages themselves
             else:
-                topic, flow = OutgoingTopic(offered, settings, self._epoch), Flow()
+                topic, flow = OutgoingTopic(offered, settings, self._epoch), TopicCounts()
                 topic.last = before.topic.last if before else self._last.get(shared, 0)
             receivers = frozenset(self._rules.receivers(outgoing, self._peers))
             is_private = bool(rule.sites) or shared.site != self._rules.site
@@ -352,7 +352,7 @@ class TopicSender:
         peers = {peer for sent in self._sent.values() if not sent.is_private for peer in sent.topic.requests}
         return sorted(peers - self.separate)
 
-    def flows(self) -> list[tuple[OutgoingTopic, LocalTopic, Flow]]:
+    def flows(self) -> list[tuple[OutgoingTopic, LocalTopic, TopicCounts]]:
         """Return the outgoing topics, each with its local topic and its flow, for the status."""
         return [(sent.topic, sent.local, sent.flow) for sent in self._sent.values()]
 

@@ -102,7 +102,9 @@ def _check_namespace(name: str) -> str:
 
 def _check(rules: PluginRules) -> PluginRules:
     if rules.old_keys and rules.namespaces() != {ANY}:
-        raise RulesError("bridges older than March 2025 have no namespaces, so --old-keys cannot be used with any")
+        raise RulesError(
+            "bridges older than March 2025 have no namespaces, so --old-keys cannot be combined with a namespace"
+        )
     return rules
 
 

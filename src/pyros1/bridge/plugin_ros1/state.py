@@ -8,7 +8,7 @@ from zlib import crc32
 from pyros1.bridge.exchange.actions import Publish, Send, Source
 from pyros1.bridge.exchange.outgoing import DropReason, ReceivedMessage
 from pyros1.bridge.exchange.token_bucket import TokenBucket
-from pyros1.bridge.exchange.topic_sender import Flow, LocalTopic
+from pyros1.bridge.exchange.topic_sender import LocalTopic, TopicCounts
 from pyros1.bridge.names import SharedName
 from pyros1.bridge.plugin_ros1.beacons import PERIOD, HeardBeacons, OwnBeacons
 from pyros1.bridge.plugin_ros1.keys import Resource, data_key
@@ -52,8 +52,8 @@ class PluginState:
         self.heard = HeardBeacons(lambda resource: not isinstance(rules.incoming(resource), str))
         self.wanted: frozenset[Resource] = frozenset()
         self.subscribed: frozenset[str] = frozenset()
-        self.sent: dict[Resource, Flow] = {}
-        self.taken: dict[str, Flow] = {}
+        self.sent: dict[Resource, TopicCounts] = {}
+        self.taken: dict[str, TopicCounts] = {}
         self.ignored: dict[str, int] = {}
         self.rules = rules
         self._own = OwnBeacons(random)
@@ -110,8 +110,8 @@ class PluginState:
         self._sent_by_local = {}
         for resource, sent in plan.sends.items():
             self._sent_by_local.setdefault(sent.local.name, []).append(resource)
-        self.sent = {resource: self.sent.get(resource, Flow()) for resource in plan.sends}
-        self.taken = {local: self.taken.get(local, Flow()) for local in plan.takes}
+        self.sent = {resource: self.sent.get(resource, TopicCounts()) for resource in plan.sends}
+        self.taken = {local: self.taken.get(local, TopicCounts()) for local in plan.takes}
         self._due = {
             key: due for key, due in self._due.items() if key[0] in self.taken or key[0] in self._sent_by_local
         }

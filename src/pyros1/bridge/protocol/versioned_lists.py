@@ -23,7 +23,7 @@ class ListSender:
     """A list for one other site.
 
     Args:
-        versions: the next version; shared by all lists of a site.
+        versions: yields the next version numbers; shared by all lists of a site.
 
     Attributes:
         version: the version of the entries.

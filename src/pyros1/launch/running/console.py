@@ -51,7 +51,7 @@ class Console:
         """Write a warning."""
         self.plain_error(f"WARNING: {text}")
 
-    def title(self, text: str) -> None:
+    def set_title(self, text: str) -> None:
         """Set the terminal's title."""
         if self._sets_title and self._out.isatty():
             with self._lock:

@@ -286,7 +286,7 @@ class Session:
     # Starting ------------------------------------------------------------------------------------------------------
 
     def _start(self, is_master_running: bool, run_id: str, folder: Path) -> None:
-        self.console.title(self.options.title)
+        self.console.set_title(self.options.title)
         self._server = LaunchServer(self._supervisor, self._address, self.options.title, allowlist=self._allowlist)
         self.console.bold(f"started roslaunch server {self._server.uri}")
         if self.options.core:
@@ -304,7 +304,7 @@ class Session:
         if not is_master_running:
             self._start_master(folder)
         self.console.bold(f"ROS_MASTER_URI={self._uri}")
-        self.console.title(f"{self.options.title} {self._uri}")
+        self.console.set_title(f"{self.options.title} {self._uri}")
         self._set_run_id(run_id, is_master_running)
         if self._core is not None:
             self._start_core_nodes(self._core, self._starter)

@@ -175,7 +175,7 @@ class DeliveryLoop:
         finally:
             if is_acquired:
                 self._release_ownership()
-                # New work has woken no thread, so check for it here. (`_has_work` would double the time needed.)
+                # Work that arrived meanwhile has woken no thread, so check for it. (`_has_work` would double the time.)
                 if self._closed:
                     if not self._is_disposed:  # the driver's threads, which usually do this, may have exited
                         self.close(wait=False)

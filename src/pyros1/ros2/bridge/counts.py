@@ -5,7 +5,7 @@ from __future__ import annotations
 import threading
 from collections.abc import Hashable
 
-from pyros1.bridge.exchange.topic_sender import Flow
+from pyros1.bridge.exchange.topic_sender import TopicCounts
 from pyros1.bridge.rates import Count, Rate, Rates
 
 MAX_TOPICS = 25_000
@@ -16,17 +16,17 @@ class Counts:
     """Counts messages by topic. May be used in several threads."""
 
     def __init__(self) -> None:
-        self._sent: dict[str, Flow] = {}
-        self._received: dict[str, Flow] = {}
+        self._sent: dict[str, TopicCounts] = {}
+        self._received: dict[str, TopicCounts] = {}
         self._rates = Rates()
         self._lock = threading.Lock()
 
-    def to_ros2(self, topic: str) -> Flow:
+    def to_ros2(self, topic: str) -> TopicCounts:
         """Return the counts of a ROS 1 topic."""
         with self._lock:
             return _flow(self._sent, topic)
 
-    def to_ros1(self, topic: str) -> Flow:
+    def to_ros1(self, topic: str) -> TopicCounts:
         """Return the counts of a ROS 2 topic."""
         with self._lock:
             return _flow(self._received, topic)
@@ -39,7 +39,7 @@ class Counts:
         """
         with self._lock:
             if self._rates.is_due(now):
-                flows: list[tuple[Hashable, Flow]] = [((False, name), flow) for name, flow in self._sent.items()]
+                flows: list[tuple[Hashable, TopicCounts]] = [((False, name), flow) for name, flow in self._sent.items()]
                 flows += [((True, name), flow) for name, flow in self._received.items()]
                 counts = {key: Count(flow.messages, flow.bytes) for key, flow in flows if flow.messages}
                 self._rates.add(counts, now)
@@ -55,8 +55,8 @@ class Counts:
             return self._rates.rate((True, topic))
 
 
-def _flow(flows: dict[str, Flow], topic: str) -> Flow:
+def _flow(flows: dict[str, TopicCounts], topic: str) -> TopicCounts:
     """Return the counts of a topic. If there are too many topics, a new one replaces the oldest."""
     if topic not in flows and len(flows) >= MAX_TOPICS:
         del flows[next(iter(flows))]
-    return flows.setdefault(topic, Flow())
+    return flows.setdefault(topic, TopicCounts())

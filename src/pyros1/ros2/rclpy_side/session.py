@@ -286,8 +286,9 @@ class RclpySession:
             self._on_message(key, body, encode_attachment(attachment), process_id(gid) if gid else "")
 
     def _next_source(self, topic: str) -> bytes:
-        """Return a stand-in for the GID of a latched message's publisher, which rclpy does not name before Kilted. The
-        stand-ins rotate, so the newest messages of a topic are kept, as many as it has publishers.
+        """Return a stand-in for the GID of a latched message's publisher, which rclpy does not report before Kilted.
+
+        The stand-ins rotate, so the newest messages of a topic are kept, as many as it has publishers.
         """
         turn = self._turns[topic] = self._turns.get(topic, -1) + 1
         return (turn % max(1, self._graph.latched_publishers(topic))).to_bytes(GID_SIZE, "big")

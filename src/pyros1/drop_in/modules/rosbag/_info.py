@@ -91,7 +91,7 @@ class InfoMixin:
         return sum(topic.message_count for topic in self.get_type_and_topic_info(topic_filters).topics.values())
 
     def get_start_time(self) -> float:
-        """Return the time of the first message in seconds; raise ROSBagException if there are no messages."""
+        """Return the start time of the first chunk in seconds; raise ROSBagException if there are no messages."""
         return self._boundary_time(0) / NS_PER_S
 
     def get_end_time(self) -> float:

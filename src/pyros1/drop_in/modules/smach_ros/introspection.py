@@ -166,8 +166,9 @@ class ContainerProxy:
 class IntrospectionServer:
     """Publishes the state of a container and its nested containers, and lets other programs set their initial states.
 
-    Publishes ``SERVER_NAME/smach/container_structure`` and ``.../container_status``, every two seconds and when
-    something happens, and listens to ``.../container_init``.
+    Publishes ``SERVER_NAME/smach/container_structure`` every two seconds, and ``.../container_status`` every two
+    seconds and when a container starts, changes state or ends, or its initial state is set. Listens to
+    ``.../container_init``.
 
     Args:
         server_name: prefix of the topics.

@@ -199,7 +199,7 @@ class Ros2Actions:
         return [each for each in self._offered.values() if each.is_connected]
 
     def on_declared(self) -> None:
-        """Record that the session has declared these endpoints."""
+        """Send the state of all actions again: the session has declared their endpoints."""
         for each in self._offered.values():
             self._inbox.put(each.repeat, 0, is_due=True)
 
