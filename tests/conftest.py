@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
-import random
 import signal
 import socket
 import threading
@@ -18,6 +16,8 @@ from hypothesis import settings
 from pyros1.master.server import Master
 from pyros1.node import Node
 from pyros1.node.same_host import host_key
+
+from .free_ports import free_port as free_port_here
 
 settings.register_profile("at any speed", settings(), deadline=None)
 settings.load_profile("at any speed")
@@ -106,14 +106,7 @@ def free_ports() -> Callable[[int], list[int]]:
     """Return a function that returns so many ports that nobody listens on, each another one."""
 
     def find(count: int) -> list[int]:
-        found: dict[int, None] = {}
-        while len(found) < count:
-            # Below those that the system gives to connections, so that none takes it before it is used.
-            port = random.randrange(20000, 32000)
-            with socket.socket() as sock, contextlib.suppress(OSError):
-                sock.bind(("127.0.0.1", port))
-                found[port] = None
-        return list(found)
+        return [free_port_here() for _ in range(count)]
 
     return find
 

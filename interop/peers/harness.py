@@ -8,11 +8,9 @@ import functools
 import importlib.util
 import json
 import os
-import random
 import re
 import shutil
 import signal
-import socket
 import subprocess
 import sys
 import tempfile
@@ -26,10 +24,19 @@ from typing import Any
 
 PEERS = Path(__file__).resolve().parent
 INTEROP = PEERS.parent
-SOURCE = INTEROP.parent / "src"
+ROOT = INTEROP.parent
+SOURCE = ROOT / "src"
 ROSCPP_PEER = INTEROP / "build" / "roscpp_peer"
 STOCK_PYTHON = "/usr/bin/python3"
 DEADLINE = 30.0  # seconds; every wait without a deadline of its own
+
+
+_spec = importlib.util.spec_from_file_location("free_ports", ROOT / "tests" / "free_ports.py")
+assert _spec is not None
+assert _spec.loader is not None
+_free_ports = importlib.util.module_from_spec(_spec)
+_spec.loader.exec_module(_free_ports)
+free_port: Callable[[], int] = _free_ports.free_port
 
 
 def missing_stock() -> str | None:
@@ -40,16 +47,6 @@ def missing_stock() -> str | None:
     if not ROSCPP_PEER.exists():
         return f"{ROSCPP_PEER} is not built; run interop/setup"
     return None
-
-
-def free_port() -> int:
-    """A TCP port that was free a moment ago."""
-    # Below those that the system gives to connections, so that none takes it before it is used.
-    while True:
-        port = random.randrange(20000, 32000)
-        with socket.socket() as probe, contextlib.suppress(OSError):
-            probe.bind(("127.0.0.1", port))
-            return port
 
 
 def until(reached: Callable[[], Any], what: str, timeout: float = DEADLINE) -> Any:

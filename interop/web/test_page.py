@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from browsing import Browser, Web
+from harness import free_port
 
 from pyros1.ground.timing import Time
 from pyros1.master.server import Master
@@ -276,15 +277,6 @@ def log_until_shown(browser: Browser, log: Any) -> None:
     while not browser.run("return document.body.innerText.includes('are you there?')"):
         assert time.monotonic() < until
         log.info("are you there?")
-
-
-def free_port() -> int:
-    import socket
-
-    with socket.socket() as sock:
-        sock.bind(("127.0.0.1", 0))
-        port: int = sock.getsockname()[1]
-        return port
 
 
 def test_levels_are_those_of_the_chosen_messages_node(
