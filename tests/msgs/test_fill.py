@@ -56,6 +56,8 @@ def test_times() -> None:
     assert filled(T, {"d": -1}).d == Duration(0, -1)
     assert filled(T, {"t": [1, 2]}).t == filled(T, {"t": {"secs": 1, "nsecs": 2}}).t == Time(1, 2)
     assert filled(T, {"t": {"nsecs": 3}}).t == Time(0, 3)
+    carried = filled(T, {"t": [1, 1_500_000_000]}).t
+    assert (carried.secs, carried.nsecs) == (2, 500_000_000)
     assert filled(T, {"ts": [1, {"secs": 2}, "now"]}).ts == [Time(0, 1), Time(2), NOW]
 
 
@@ -85,6 +87,7 @@ def test_arrays() -> None:
         (T, {"t": [1]}, "Not enough arguments:\n * Given: [1]\n * Expected: ['secs', 'nsecs']"),
         (T, {"t": "auto"}, "No key named [auto]"),
         (T, {"a": 5}, "Field [a] must be a list or tuple instead of: int"),
+        (T, {"u": 5}, "Field [u] must be a list or tuple instead of: int"),
         (T, {"s": "abc"}, "Field [s] must be a list or tuple instead of: str"),
         (T, {"f": [1, 2, 3]}, "Field [f] has incorrect number of elements: 3 != 2"),
         (T, {"one": []}, "Field [one] has incorrect number of elements: 0 != 1"),

@@ -7,7 +7,7 @@ import struct
 import pytest
 
 from pyros1.bag.format.contents import Messages, read_content
-from pyros1.bag.format.records import message_record_prefix
+from pyros1.bag.format.records import RecordError, message_record_prefix
 
 
 @pytest.mark.parametrize(
@@ -39,3 +39,11 @@ def test_messages_may_have_more_fields_than_those_that_pyros1_writes(extra: byte
     messages, connections = read_content(2 * record)
     assert list(messages.conns) == [7, 7] and list(messages.times) == [5_000_000_006] * 2 and not connections
     assert [(2 * record)[start:end] for start, end in zip(messages.starts, messages.ends, strict=True)] == [b"abc"] * 2
+
+
+def test_a_message_record_whose_second_half_is_damaged_is_refused() -> None:
+    fields = message_record_prefix(7)[4:] + struct.pack("<II", 5, 6)
+    damaged = fields.replace(b"time=", b"tame=")
+    assert damaged != fields and len(damaged) == 38
+    with pytest.raises(RecordError, match="at byte 0 of the chunk's content"):
+        read_content(struct.pack("<I", 38) + damaged + struct.pack("<I", 3) + b"abc")

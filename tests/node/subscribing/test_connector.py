@@ -9,6 +9,7 @@ from typing import Any
 
 import pytest
 
+from pyros1.ground.errors import UnknownHostError
 from pyros1.msgs.std_msgs.msg import Float64
 from pyros1.wire.header import encode_header
 
@@ -393,6 +394,16 @@ def test_a_publisher_whose_host_is_unknown_is_warned_of_once(
     assert "http://nowhere.invalid:5000/" in line and "add a line 'ADDRESS nowhere.invalid' to /etc/hosts here" in line
     tries.wait(4)
     assert sum("nowhere" in text for text in log.texts) == 1
+
+
+def test_of_many_unknown_hosts_only_so_many_are_remembered(make_node: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("pyros1.node.context._MAX_UNKNOWN_HOSTS", 2)
+    context = context_of(make_node("listener"))
+    warnings: list[str] = []
+    monkeypatch.setattr(context.log, "warn", lambda text, topic, uri, error, hint: warnings.append(error.host))
+    for host in ("a", "b", "a", "c", "c", "a"):
+        context.warn_unknown_host("/t", f"http://{host}:1/", UnknownHostError(host, None))
+    assert warnings == ["a", "b", "c", "a"]
 
 
 def test_data_at_an_unknown_host_is_warned_of(make_node: Any, fake_node: Any, collect: Any, watch_log: Any) -> None:
