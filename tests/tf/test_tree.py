@@ -71,3 +71,15 @@ def test_a_frame_can_always_be_transformed_to_itself() -> None:
     buffer = make(("a", "b", 1.0))
     assert buffer.can_transform("b", "b", Time.from_sec(9.0))
     assert not buffer.can_transform("a", "b", Time.from_sec(9.0))
+
+
+def test_a_frame_in_itself_has_the_time_that_is_asked_for() -> None:
+    buffer = make(("a", "b", 3.0))
+    assert buffer.lookup_transform("b", "b", Time.from_sec(1.0)).header.stamp == Time.from_sec(1.0)
+    assert buffer.lookup_transform("b", "b", Time()).header.stamp == Time.from_sec(3.0)
+
+
+@pytest.mark.parametrize(("times", "rate"), [([1.0], 0.0), ([1.0, 1.5], 2.0), ([1.0, 1.25, 1.5, 2.0], 3.0)])
+def test_the_rate_of_transforms(times: list[float], rate: float) -> None:
+    (child,) = [state for state in make(*(("a", "b", time) for time in times)).states() if state.name == "b"]
+    assert child.rate == rate

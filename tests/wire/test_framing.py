@@ -107,6 +107,15 @@ def test_memory_for_a_very_large_frame_is_given_up_when_it_is_taken() -> None:
     assert feed(buffer, b"\x01\x00\x00\x00z") == [b"z"]
 
 
+def test_memory_is_not_given_up_while_a_part_of_a_frame_waits_in_it() -> None:
+    body = bytes(range(256)) * 800
+    whole = len(body).to_bytes(4, "little") + body
+    buffer = FrameBuffer(64)
+    assert feed(buffer, whole[:150_000]) == []
+    buffer.shrink()
+    assert feed(buffer, whole[150_000:]) == [body]
+
+
 def test_bodies_are_taken_each_by_itself() -> None:
     buffer = FrameBuffer(initial_bytes=b"\x01\x00\x00\x00a\x00\x00\x00\x00\x02\x00\x00\x00bc\x05")
     assert buffer.take_bodies(buffer.received(0)) == [b"a", b"", b"bc"]

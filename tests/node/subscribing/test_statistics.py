@@ -6,6 +6,8 @@ import statistics
 from itertools import pairwise
 from typing import Any
 
+import pytest
+
 from pyros1.node.subscribing.statistics import Limits, Window, summarise
 
 
@@ -31,6 +33,16 @@ def test_the_length_of_windows() -> None:
         if report is not None:
             lengths.append(report.stop - report.start)
     assert 4.0 <= max(lengths) < 4.02 and 0.5 <= lengths[-1] < 0.52
+
+
+@pytest.mark.parametrize(("longest", "lengths"), [(4.0, [1, 2, 4, 4]), (3.0, [1, 2, 2, 2])])
+def test_windows_of_few_messages_are_doubled_up_to_their_limit(longest: float, lengths: list[int]) -> None:
+    window, found = Window(0.0, Limits(10, 20, 0.5, longest)), []
+    for now in range(1, 20):
+        report = window.add(float(now), 1)
+        if report is not None:
+            found.append(report.stop - report.start)
+    assert found[:4] == lengths
 
 
 def test_spread() -> None:

@@ -166,7 +166,7 @@ def test_a_flood_of_single_messages_is_let_accumulate_until_it_ends(monkeypatch:
     now, slept = [100.0], []
     monkeypatch.setattr(tcp_source, "perf_counter", lambda: now[0])
     monkeypatch.setattr(tcp_source.time, "sleep", slept.append)
-    link: Any = SimpleNamespace(messages=0, bytes_received=0)
+    link: Any = SimpleNamespace(messages=1000, bytes_received=1 << 20)
     detector = FloodDetector(link)
 
     def receive_once(messages: int = 1, size: int = 100, gap: float = 10e-6) -> int:
