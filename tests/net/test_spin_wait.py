@@ -10,6 +10,7 @@ import pytest
 
 from pyros1.net import spin_wait
 from pyros1.net.spin_wait import (
+    CHECKED_PAUSE,
     MAX_PAUSE,
     MAX_SERIES_GAP,
     MIN_PAUSE,
@@ -30,6 +31,8 @@ class Peer:
         self.step = 1e-6
         monkeypatch.setattr(spin_wait, "perf_counter", lambda: self.now)
         monkeypatch.setattr(spin_wait, "DONTWAIT", 64)
+        self.idle_processors = 1.0
+        monkeypatch.setattr(spin_wait, "idle_time", lambda: self.idle_processors * self.now)
 
     def receive(self, flags: int) -> str:
         self.now += self.step
@@ -50,23 +53,43 @@ class Peer:
         assert waiting.wait(self.receive) == "data"
         return self.calls
 
+    def ready(self) -> SpinWait:
+        """Return one that has made sure that a processor is idle, and looks at its next wait."""
+        waiting = SpinWait()
+        for _ in range(2):
+            assert self.how(waiting, SPIN_TIME / 2) == ["sleep"]
+        self.now += CHECKED_PAUSE
+        assert self.how(waiting, SPIN_TIME / 2) == ["sleep"]
+        return waiting
+
 
 @pytest.fixture
 def peer(monkeypatch: pytest.MonkeyPatch) -> Peer:
     return Peer(monkeypatch)
 
 
+@pytest.mark.parametrize(("idle_processors", "looks"), [(0.0, False), (0.4, False), (0.6, True), (3.0, True)])
+def test_a_series_sleeps_until_it_is_known_that_a_processor_is_idle(
+    peer: Peer, idle_processors: float, looks: bool
+) -> None:
+    peer.idle_processors = idle_processors
+    waiting, start, found = SpinWait(), peer.now, []
+    while peer.now < start + 3 * MAX_PAUSE:
+        found.append((peer.now - start, peer.how(waiting, SPIN_TIME / 2) == ["look"]))
+        peer.now += MAX_SERIES_GAP / 2
+    assert not any(look for when, look in found if when < CHECKED_PAUSE)
+    assert all(look is looks for when, look in found if when > CHECKED_PAUSE + 2 * MAX_SERIES_GAP)
+
+
 def test_a_series_of_short_waits_looks(peer: Peer) -> None:
-    waiting = SpinWait()
-    assert peer.how(waiting, SPIN_TIME / 2) == ["sleep"]
+    waiting = peer.ready()
     for _ in range(3):
         assert peer.how(waiting, SPIN_TIME / 2) == ["look"]
         peer.now += MAX_SERIES_GAP / 2
 
 
 def test_who_looked_in_vain_sleeps_until_waits_are_short_again(peer: Peer) -> None:
-    waiting = SpinWait()
-    peer.how(waiting, SPIN_TIME / 2)
+    waiting = peer.ready()
     start = peer.now
     assert peer.how(waiting, 1.0) == ["look", "sleep"]
     assert peer.now == pytest.approx(start + 1.0)
@@ -82,8 +105,7 @@ def test_calls_now_and_then_sleep(peer: Peer) -> None:
 
 
 def test_on_a_busy_machine_waits_sleep(peer: Peer) -> None:
-    waiting = SpinWait()
-    peer.how(waiting, SPIN_TIME / 2)
+    waiting = peer.ready()
     peer.step = 2 * PREEMPTION_GAP  # others have the processor between two looks
     assert peer.how(waiting, 5 * PREEMPTION_GAP) == ["look", "sleep"]
     peer.step = 1e-6
@@ -107,8 +129,7 @@ def test_the_end_of_a_wait_that_sleeps(peer: Peer) -> None:
     def late(flags: int) -> str:
         raise BlockingIOError
 
-    waiting = SpinWait()
-    peer.how(waiting, SPIN_TIME / 2)
+    waiting = peer.ready()
     peer.now += MAX_SERIES_GAP
     with pytest.raises(BlockingIOError):
         waiting.wait(late)
@@ -116,7 +137,7 @@ def test_the_end_of_a_wait_that_sleeps(peer: Peer) -> None:
 
 def busy_guard(pause: float) -> tuple[PollGuard, float]:
     """Return a guard whose last pause was of that length, and the time at which it ends."""
-    guard, now = PollGuard(), 100.0
+    guard, now = PollGuard(assume_idle=True), 100.0
     while guard.paused_until - now < pause:
         now = guard.paused_until + 0.003 if guard.paused_until else now
         assert guard.note_poll(now - 2 * PREEMPTION_GAP, now)
@@ -173,7 +194,7 @@ def test_the_idle_time_grows_no_faster_than_all_processors_together() -> None:
 
 
 def test_pauses_double_while_the_machine_is_busy() -> None:
-    guard, now = PollGuard(), 100.0
+    guard, now = PollGuard(assume_idle=True), 100.0
     pauses = []
     for _ in range(9):
         assert guard.note_poll(now - 2 * PREEMPTION_GAP, now)
@@ -183,7 +204,7 @@ def test_pauses_double_while_the_machine_is_busy() -> None:
 
 
 def test_rare_interruptions_pause_briefly() -> None:
-    guard, now = PollGuard(), 100.0
+    guard, now = PollGuard(assume_idle=True), 100.0
     for _ in range(5):
         assert guard.note_poll(now - 2 * PREEMPTION_GAP, now)
         assert guard.paused_until - now == pytest.approx(MIN_PAUSE)
@@ -192,7 +213,7 @@ def test_rare_interruptions_pause_briefly() -> None:
 
 
 def test_after_a_busy_time_the_first_interruption_is_a_rare_one_again() -> None:
-    guard, now = PollGuard(), 100.0
+    guard, now = PollGuard(assume_idle=True), 100.0
     for _ in range(9):
         guard.note_poll(now - 2 * PREEMPTION_GAP, now)
         now = guard.paused_until

@@ -144,7 +144,7 @@ class Loop:
     ) -> None:
         self.name = name
         self._spin_time = spin_time
-        self._poll_guard = PollGuard()
+        self._poll_guard = PollGuard(assume_idle=True)  # a pause would be longer than many series of calls
         self._was_gap_short = False
         self._last_event_at = 0.0
         self._on_error = on_error or self._log_traceback

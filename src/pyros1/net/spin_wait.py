@@ -22,10 +22,10 @@ PREEMPTION_GAP: Final = 250e-6
 MIN_PAUSE: Final = 0.01
 MAX_PAUSE: Final = 1.0
 """Minimum and maximum duration in seconds of the pause in polling after an interruption by another program."""
-_CHECKED_PAUSE = 0.04
+CHECKED_PAUSE: Final = 0.04
 """Minimum duration in seconds of a pause after which idle times are compared: the system reports them in hundredths."""
 _MIN_IDLE = 0.5
-"""Polling resumes after a pause if at least this many processors, on average, were idle during the pause."""
+"""Polling begins after a pause if at least this many processors, on average, were idle during the pause."""
 
 POLLING_PAUSED: Final = "polling paused"
 """Note at the end of a connection's description in ``getBusInfo``: the subscription has ``low_latency=True``, but the
@@ -44,22 +44,32 @@ class PollGuard:
     A program that polls on a busy machine loses the processor for milliseconds, whereas a program that sleeps gets it
     as soon as its data arrive. If another interruption follows soon after a pause, the next pause is twice as long. So
     a single interruption costs little. If no processor was idle during a pause, the pause is extended: to poll just to
-    find out that the machine is still busy would cost milliseconds, too.
+    find out that the machine is still busy would cost milliseconds, too. For the same reason, a pause comes first. On a
+    busy machine, even a few polls do lasting harm: they spread two programs over two processors, whereas programs that
+    sleep and wake each other often end up on the same one, where the switch between them is faster.
+
+    Args:
+        assume_idle: whether to begin without a pause.
 
     Attributes:
         paused_until: time until which polling pauses, in seconds on the caller's clock.
     """
 
-    __slots__ = ("_idle_before", "_interrupted_at", "_pause", "_paused_at", "paused_until")
+    __slots__ = ("_idle_before", "_interrupted_at", "_is_new", "_pause", "_paused_at", "paused_until")
 
-    def __init__(self) -> None:
+    def __init__(self, assume_idle: bool = False) -> None:
         self.paused_until = 0.0
+        self._is_new = not assume_idle
         self._interrupted_at = self._paused_at = -math.inf
         self._pause = 0.0
         self._idle_before: float | None = None  # at the start of the pause; None if it need not be compared
 
     def may_poll(self, now: float) -> bool:
         """Return whether polling is allowed at the given time."""
+        if self._is_new:
+            self._is_new = False
+            self._begin_pause(now, CHECKED_PAUSE, idle_time())
+            return False
         if now < self.paused_until:
             return False
         if self._idle_before is None:
@@ -79,7 +89,7 @@ class PollGuard:
         is_frequent = now - self._interrupted_at < 3 * self._pause
         pause = min(2 * self._pause, MAX_PAUSE) if is_frequent else MIN_PAUSE
         self._interrupted_at = now
-        self._begin_pause(now, pause, idle_time() if pause >= _CHECKED_PAUSE else None)
+        self._begin_pause(now, pause, idle_time() if pause >= CHECKED_PAUSE else None)
         return True
 
     def _begin_pause(self, now: float, pause: float, idle: float | None) -> None:
@@ -101,7 +111,8 @@ class SpinWait:
 
     After a short wait, the next wait of the series polls for data for up to SPIN_TIME seconds before it sleeps. If no
     data arrive during that time, further waits sleep immediately until one is short again. So calls that are slow or
-    infrequent do not waste processor time. On a busy machine, waits always sleep, see `PollGuard`.
+    infrequent do not waste processor time. On a busy machine, and until it is known not to be busy, waits always sleep,
+    see `PollGuard`.
     """
 
     __slots__ = ("_guard", "_last_wait_ended_at", "_was_short")

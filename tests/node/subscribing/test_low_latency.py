@@ -12,10 +12,18 @@ from typing import Any
 import pytest
 
 from pyros1.msgs.std_msgs.msg import Float64
+from pyros1.net import spin_wait
 from pyros1.node.subscribing import tcp_source
 
 pytestmark = pytest.mark.parametrize("transport", ["tcp", "local"], indirect=True)
 PATIENCE = 20.0
+
+
+@pytest.fixture(autouse=True)
+def no_pause(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let links poll at once, however busy the machine is."""
+    monkeypatch.setattr(spin_wait, "CHECKED_PAUSE", 0.0)
+    monkeypatch.setattr(spin_wait, "idle_time", lambda: None)
 
 
 @pytest.fixture

@@ -13,7 +13,8 @@ import pytest
 
 from pyros1.msgs import AnyMsg, load_message
 from pyros1.msgs.large_arrays import SplitBody, decode_split, find_layout
-from pyros1.net.spin_wait import DONTWAIT, MIN_PAUSE, PREEMPTION_GAP
+from pyros1.net import spin_wait
+from pyros1.net.spin_wait import CHECKED_PAUSE, DONTWAIT, MIN_PAUSE, PREEMPTION_GAP
 from pyros1.node.subscribing import tcp_source
 from pyros1.node.subscribing.queues import Backlog, Frames
 from pyros1.node.subscribing.tcp_source import (
@@ -238,6 +239,7 @@ class Clock:
         self.now, self.step, self.polls = 100.0, 1e-6, 0
         monkeypatch.setattr(tcp_source, "perf_counter", lambda: self.now)
         monkeypatch.setattr(tcp_source, "yield_processor", self._pass)
+        monkeypatch.setattr(spin_wait, "idle_time", lambda: self.now)  # one processor is idle
 
     def _pass(self) -> None:
         self.now += self.step
@@ -259,8 +261,12 @@ def test_polling_ends_while_others_need_the_processor(
     clock = Clock(monkeypatch)
     assert clock.polls_of(link) == 0, "it was not asked to poll"
     link.low_latency = True
-    assert clock.polls_of(link) == pytest.approx(BUSY_POLL_TIME / clock.step, rel=0.01)
     address = link.address
+    assert clock.polls_of(link) == 0, "whether a processor is idle is not known yet"
+    assert link.address == f"{address}, polling paused"
+    clock.now += CHECKED_PAUSE
+    assert clock.polls_of(link) == pytest.approx(BUSY_POLL_TIME / clock.step, rel=0.01)
+    assert link.address == address
     clock.step = 2 * PREEMPTION_GAP
     assert clock.polls_of(link) == 1
     assert link.address == f"{address}, polling paused"
