@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from pyros1.node.subscribing.queues import Source
     from pyros1.wire.handshake import TopicType
 
-_MAX_UNKNOWN_HOSTS = 1000
+MAX_UNKNOWN_HOSTS = 1000
 
 
 class PublicationInterface(Protocol):
@@ -144,7 +144,7 @@ class Context:
         """Warn that a publisher's host name cannot be resolved; only once per host. Called on the loop."""
         if error.host in self._unknown_hosts:
             return
-        if len(self._unknown_hosts) >= _MAX_UNKNOWN_HOSTS:
+        if len(self._unknown_hosts) >= MAX_UNKNOWN_HOSTS:
             self._unknown_hosts.clear()
         self._unknown_hosts.add(error.host)
         self.log.warn(

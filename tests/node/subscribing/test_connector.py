@@ -397,7 +397,7 @@ def test_a_publisher_whose_host_is_unknown_is_warned_of_once(
 
 
 def test_of_many_unknown_hosts_only_so_many_are_remembered(make_node: Any, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("pyros1.node.context._MAX_UNKNOWN_HOSTS", 2)
+    monkeypatch.setattr("pyros1.node.context.MAX_UNKNOWN_HOSTS", 2)
     context = context_of(make_node("listener"))
     warnings: list[str] = []
     monkeypatch.setattr(context.log, "warn", lambda text, topic, uri, error, hint: warnings.append(error.host))
