@@ -13,7 +13,7 @@ from .free_ports import Range, free_port
 
 def test_ports_that_are_in_use_are_skipped() -> None:
     with socket.create_server(("127.0.0.1", free_port())) as server:
-        assert server.getsockname()[1] not in {free_port() for _ in range(99)}
+        assert server.getsockname()[1] not in {free_port() for _ in range(100)}
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="there are no abstract socket names")
