@@ -23,6 +23,8 @@ def free_port() -> int:
     """
     for port in itertools.islice(_own_range().ports, _RANGE_SIZE - _SPARE):
         with socket.socket() as sock:
+            if sys.platform == "linux":  # elsewhere this lets two programs listen on a port
+                sock.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)  # what was closed lately is free
             try:
                 sock.bind(("127.0.0.1", port))
             except OSError:
@@ -59,6 +61,8 @@ class Range:
             except OSError:
                 continue
             break
+        else:
+            raise OSError("all ranges of ports are in use")
         self._claim_fd = claim.detach()  # a process holds it until its end
         return number
 

@@ -6,8 +6,8 @@ import socket
 
 import pytest
 
-from pyros1.doctor.facts import HANGS, REFUSED
-from pyros1.doctor.probe import probe_node, query_node
+from pyros1.doctor.facts import HANGS, REFUSED, TIMEOUT
+from pyros1.doctor.probe import CONNECT_TIMEOUT, probe_node, query_node
 from pyros1.graph import NodeApi
 from pyros1.ground.errors import DeadlineError
 
@@ -32,3 +32,31 @@ def test_a_new_connection_tells_a_node_that_hangs_from_one_that_is_gone(query: o
     failure = query("/test", f"http://127.0.0.1:{closed_port}/")
     assert failure.kind == REFUSED
     assert failure.text == "no response within 2.5 s"
+
+
+@pytest.mark.usefixtures("slow")
+@pytest.mark.parametrize(
+    ("addresses", "kind"),
+    [
+        (["refuses"], REFUSED),
+        (["refuses", "silent"], TIMEOUT),
+        (["silent", "refuses"], TIMEOUT),
+        (["silent", "accepts"], HANGS),
+        (["refuses", "accepts"], HANGS),
+        ([], TIMEOUT),
+    ],
+)
+def test_a_node_is_gone_only_if_all_addresses_of_its_host_refuse(
+    addresses: list[str], kind: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def connect(address: tuple[str, int], timeout: float) -> socket.socket:
+        assert 0.0 < timeout <= CONNECT_TIMEOUT
+        if address[0] != "accepts":
+            raise ConnectionRefusedError if address[0] == "refuses" else TimeoutError
+        return socket.socket()
+
+    monkeypatch.setattr("pyros1.doctor.probe.socket.create_connection", connect)
+    monkeypatch.setattr("pyros1.doctor.probe.HostLookup.wait", lambda lookup, timeout: addresses)
+    failure = probe_node("/test", "http://robot:1234/")
+    assert failure is not None
+    assert failure.kind == kind

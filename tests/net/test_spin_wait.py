@@ -164,10 +164,10 @@ def test_polling_resumes_when_processors_were_idle(monkeypatch: pytest.MonkeyPat
     monkeypatch.setattr(spin_wait, "idle_time", lambda: 500.7)
     assert guard.may_poll(now + 0.5)  # it is not asked again while nothing interrupts
     assert guard.note_poll(now, now + 0.5)
-    assert guard.paused_until == pytest.approx(now + 0.5 + MAX_PAUSE)
+    assert guard.paused_until == pytest.approx(now + 0.5 + MIN_PAUSE), "a processor was idle: it was a rare one"
 
 
-def test_an_interruption_after_an_extended_pause_is_frequent(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_interruption_after_an_extended_pause_is_a_rare_one(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(spin_wait, "idle_time", lambda: 500.0)
     guard, now = busy_guard(0.6)
     for _ in range(9):
@@ -175,7 +175,51 @@ def test_an_interruption_after_an_extended_pause_is_frequent(monkeypatch: pytest
         now += MAX_PAUSE
     monkeypatch.setattr(spin_wait, "idle_time", lambda: 509.0)
     assert guard.may_poll(now) and guard.note_poll(now, now + 0.01)
-    assert guard.paused_until == pytest.approx(now + 0.01 + MAX_PAUSE)
+    assert guard.paused_until == pytest.approx(now + 0.01 + MIN_PAUSE)
+
+
+def test_a_machine_counts_as_busy_as_long_as_checks_fail(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(spin_wait, "idle_time", lambda: 500.0)
+    guard = PollGuard()
+    assert not guard.may_poll(100.0) and not guard.is_busy
+    assert not guard.may_poll(100.0 + CHECKED_PAUSE) and guard.is_busy
+    monkeypatch.setattr(spin_wait, "idle_time", lambda: 502.0)
+    assert guard.may_poll(101.0 + CHECKED_PAUSE) and not guard.is_busy
+
+
+def test_threads_that_share_a_guard_check_at_the_same_time(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(spin_wait, "idle_time", lambda: 500.0)
+    guard = PollGuard()
+    guard.may_poll(100.0)
+
+    def check_in_another_thread() -> float:
+        monkeypatch.setattr(spin_wait, "idle_time", lambda: 501.0)
+        assert guard.may_poll(101.0)
+        return 501.0
+
+    monkeypatch.setattr(spin_wait, "idle_time", check_in_another_thread)
+    assert guard.may_poll(101.0)
+
+
+def test_threads_with_a_realtime_priority_poll_at_once_however_busy_the_machine_is(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(spin_wait, "idle_time", lambda: 500.0)
+    monkeypatch.setattr(spin_wait, "has_realtime_priority", lambda: True)
+    assert PollGuard().may_poll(100.0)
+    guard, now = busy_guard(0.6)
+    assert guard.may_poll(now)
+
+
+@pytest.mark.parametrize(
+    ("policy", "found"), [("SCHED_OTHER", False), ("SCHED_BATCH", False), ("SCHED_FIFO", True), ("SCHED_RR", True)]
+)
+@pytest.mark.skipif(not hasattr(os, "SCHED_RESET_ON_FORK"), reason="needs Linux")
+def test_realtime_priorities(monkeypatch: pytest.MonkeyPatch, policy: str, found: bool) -> None:
+    assert not spin_wait.has_realtime_priority()
+    for flag in (0, os.SCHED_RESET_ON_FORK):
+        monkeypatch.setattr(os, "sched_getscheduler", lambda pid, flag=flag: getattr(os, policy) | flag)
+        assert spin_wait.has_realtime_priority() is found
 
 
 def test_systems_that_do_not_tell_whether_they_are_idle(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -184,9 +228,9 @@ def test_systems_that_do_not_tell_whether_they_are_idle(monkeypatch: pytest.Monk
     assert not guard.may_poll(now - 0.01) and guard.may_poll(now)
 
 
-@pytest.mark.skipif(not Path("/proc/uptime").exists(), reason="needs Linux")
+@pytest.mark.skipif(not Path("/proc/stat").exists(), reason="needs Linux")
 def test_the_idle_time_grows_no_faster_than_all_processors_together() -> None:
-    first, start = spin_wait.idle_time(), time.monotonic()
+    start, first = time.monotonic(), spin_wait.idle_time()
     assert first is not None and first > 0.0
     while (later := spin_wait.idle_time()) == first and time.monotonic() < start + 0.1:
         pass

@@ -26,7 +26,7 @@ from pyros1.wire.xmlrpc import dumps_call
 
 NODE_TIMEOUT = 2.5
 """Timeout for a node's responses in seconds."""
-_CONNECT_TIMEOUT = 0.3
+CONNECT_TIMEOUT = 0.3
 _MAX_BYTES = 1 << 20
 """Maximum size in bytes of a message that is inspected."""
 
@@ -63,12 +63,22 @@ def _failure_reason(error: Error, uri: str) -> Failure:
     if failure.kind != TIMEOUT:
         return failure
     try:
-        socket.create_connection(parse_uri(uri), _CONNECT_TIMEOUT).close()
-    except ConnectionRefusedError:
-        return Failure(REFUSED, failure.text)
+        host, port = parse_uri(uri)
+        addresses = HostLookup(host).wait(CONNECT_TIMEOUT)
     except (OSError, Error):
         return failure
-    return Failure(HANGS, failure.text)
+    deadline = monotonic() + CONNECT_TIMEOUT
+    num_refused = 0
+    for address in addresses:
+        try:
+            socket.create_connection((address, port), max(0.01, deadline - monotonic())).close()
+        except ConnectionRefusedError:
+            num_refused += 1
+        except OSError:
+            pass
+        else:
+            return Failure(HANGS, failure.text)
+    return Failure(REFUSED, failure.text) if addresses and num_refused == len(addresses) else failure
 
 
 def probe_node(caller_id: str, uri: str) -> Failure | None:

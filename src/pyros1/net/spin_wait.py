@@ -43,43 +43,51 @@ class PollGuard:
 
     A program that polls on a busy machine loses the processor for milliseconds, whereas a program that sleeps gets it
     as soon as its data arrive. If another interruption follows soon after a pause, the next pause is twice as long. So
-    a single interruption costs little. If no processor was idle during a pause, the pause is extended: to poll just to
-    find out that the machine is still busy would cost milliseconds, too. For the same reason, a pause comes first. On a
-    busy machine, even a few polls do lasting harm: they spread two programs over two processors, whereas programs that
-    sleep and wake each other often end up on the same one, where the switch between them is faster.
+    a single interruption costs little. After a longer pause, polling begins only if a processor was idle during it: to
+    poll just to find out that the machine is still busy would cost milliseconds, too. For the same reason, a pause
+    comes first. On a busy machine, even a few polls do lasting harm: they spread two programs over two processors,
+    whereas programs that sleep and wake each other often end up on the same one, where the switch between them is
+    faster. Threads with a real-time priority poll without such checks: other programs do not interrupt them.
 
     Args:
         assume_idle: whether to begin without a pause.
 
     Attributes:
         paused_until: time until which polling pauses, in seconds on the caller's clock.
+        is_busy: whether the machine was busy when the guard last checked.
     """
 
-    __slots__ = ("_idle_before", "_interrupted_at", "_is_new", "_pause", "_paused_at", "paused_until")
+    __slots__ = ("_idle_before", "_interrupted_at", "_is_new", "_pause", "_paused_at", "is_busy", "paused_until")
 
     def __init__(self, assume_idle: bool = False) -> None:
         self.paused_until = 0.0
+        self.is_busy = False
         self._is_new = not assume_idle
         self._interrupted_at = self._paused_at = -math.inf
         self._pause = 0.0
         self._idle_before: float | None = None  # at the start of the pause; None if it need not be compared
 
     def may_poll(self, now: float) -> bool:
-        """Return whether polling is allowed at the given time."""
+        """Return whether polling is allowed at the given time. Several threads may share a guard."""
         if self._is_new:
             self._is_new = False
-            self._begin_pause(now, CHECKED_PAUSE, idle_time())
-            return False
+            if not has_realtime_priority():
+                self._begin_pause(now, CHECKED_PAUSE, idle_time())
+                return False
         if now < self.paused_until:
             return False
-        if self._idle_before is None:
+        idle_before, paused_at = self._idle_before, self._paused_at
+        if idle_before is None:
             return True
         idle = idle_time()
-        if idle is not None and idle - self._idle_before < _MIN_IDLE * (now - self._paused_at):
-            self._interrupted_at = now
+        self.is_busy = (
+            idle is not None and idle - idle_before < _MIN_IDLE * (now - paused_at) and not has_realtime_priority()
+        )
+        if self.is_busy:
             self._begin_pause(now, MAX_PAUSE, idle)
             return False
         self._idle_before = None
+        self._pause = 0.0  # the interruptions before were rare ones, or by other threads of this program
         return True
 
     def note_poll(self, previous: float, now: float) -> bool:
@@ -98,12 +106,23 @@ class PollGuard:
 
 
 def idle_time() -> float | None:
-    """Return the total idle time of all processors in seconds; None if the system does not report it."""
+    """Return the total time in seconds for which processors have been idle or waiting for disks; None if the system
+    does not report it.
+    """
     try:
-        with open("/proc/uptime", "rb") as file:
-            return float(file.read(64).split()[1])
-    except (OSError, ValueError, IndexError):
+        with open("/proc/stat", "rb") as file:
+            fields = file.readline(1024).split()
+        return (int(fields[4]) + int(fields[5])) / os.sysconf("SC_CLK_TCK") or None
+    except (OSError, ValueError, IndexError, AttributeError):
         return None
+
+
+def has_realtime_priority() -> bool:
+    """Return whether the calling thread runs before all programs of normal priority."""
+    try:
+        return os.sched_getscheduler(0) & ~os.SCHED_RESET_ON_FORK in (os.SCHED_FIFO, os.SCHED_RR)
+    except (OSError, AttributeError):  # not on this system
+        return False
 
 
 class SpinWait:

@@ -14,7 +14,7 @@ import pytest
 from pyros1.msgs import AnyMsg, load_message
 from pyros1.msgs.large_arrays import SplitBody, decode_split, find_layout
 from pyros1.net import spin_wait
-from pyros1.net.spin_wait import CHECKED_PAUSE, DONTWAIT, MIN_PAUSE, PREEMPTION_GAP
+from pyros1.net.spin_wait import CHECKED_PAUSE, DONTWAIT, MAX_PAUSE, MIN_PAUSE, PREEMPTION_GAP
 from pyros1.node.subscribing import tcp_source
 from pyros1.node.subscribing.queues import Backlog, Frames
 from pyros1.node.subscribing.tcp_source import (
@@ -263,13 +263,11 @@ def test_polling_ends_while_others_need_the_processor(
     link.low_latency = True
     address = link.address
     assert clock.polls_of(link) == 0, "whether a processor is idle is not known yet"
-    assert link.address == f"{address}, polling paused"
     clock.now += CHECKED_PAUSE
     assert clock.polls_of(link) == pytest.approx(BUSY_POLL_TIME / clock.step, rel=0.01)
     assert link.address == address
     clock.step = 2 * PREEMPTION_GAP
     assert clock.polls_of(link) == 1
-    assert link.address == f"{address}, polling paused"
     clock.step = 1e-6
     assert clock.polls_of(link) == 0
     sender.sendall(frame(image(1, 10)))
@@ -277,6 +275,22 @@ def test_polling_ends_while_others_need_the_processor(
     clock.now += MIN_PAUSE
     assert link.address == address
     assert clock.polls_of(link) == pytest.approx(BUSY_POLL_TIME / clock.step, rel=0.01)
+
+
+@pytest.mark.skipif(not DONTWAIT, reason="this system cannot receive without waiting")
+def test_links_tell_that_the_machine_is_too_busy(
+    pair: tuple[socket.socket, TcpSource], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    _, link = pair
+    clock, address = Clock(monkeypatch), link.address
+    monkeypatch.setattr(spin_wait, "idle_time", lambda: 500.0)
+    link.low_latency = True
+    assert clock.polls_of(link) == 0 and link.address == address, "it is not known yet"
+    clock.now += CHECKED_PAUSE
+    assert clock.polls_of(link) == 0 and link.address == f"{address}, polling paused"
+    clock.now += MAX_PAUSE
+    monkeypatch.setattr(spin_wait, "idle_time", lambda: 500.0 + MAX_PAUSE)
+    assert clock.polls_of(link) > 0 and link.address == address
 
 
 def test_a_link_that_cannot_wait_expects_no_pieces(pair: tuple[socket.socket, TcpSource]) -> None:
