@@ -192,7 +192,7 @@ def show(*words):  # in one piece, and on a line of its own: a launch prints, to
     sys.stdout.write("\\n" + " ".join(["=", *map(str, words)]) + "\\n")
 """
 PARENT = """
-import os, threading
+import os, threading, time
 import roslaunch
 uuid = roslaunch.rlutil.get_or_generate_uuid(None, False)
 roslaunch.configure_logging(uuid)
@@ -210,6 +210,9 @@ import xmlrpc.client
 master = xmlrpc.client.ServerProxy(os.environ["ROS_MASTER_URI"])
 show([(name.rpartition("-")[0], code) for name, code in heard])
 show(master.getParam("/me", "/p")[2], master.getParam("/me", "/g/one/priv")[2])
+end = time.monotonic() + 20  # the listeners are told before the process is forgotten
+while any(name.startswith("g/one") for name in parent.pm.get_active_names()) and time.monotonic() < end:
+    time.sleep(0.01)
 show([node.name for node in parent.config.nodes], [parent.runner.is_node_running(n) for n in parent.config.nodes])
 show([name.rpartition("-")[0] for name in parent.pm.get_active_names() if "rosout" not in name])
 parent.shutdown()
