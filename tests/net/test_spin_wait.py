@@ -161,7 +161,7 @@ def test_polling_resumes_when_processors_were_idle(monkeypatch: pytest.MonkeyPat
     assert not guard.may_poll(now - 0.01)
     monkeypatch.setattr(spin_wait, "idle_time", lambda: 500.7)
     assert guard.may_poll(now)
-    monkeypatch.setattr(spin_wait, "idle_time", lambda: 500.7)
+    monkeypatch.setattr(spin_wait, "idle_time", lambda: 500.0)
     assert guard.may_poll(now + 0.5)  # it is not asked again while nothing interrupts
     assert guard.note_poll(now, now + 0.5)
     assert guard.paused_until == pytest.approx(now + 0.5 + MIN_PAUSE), "a processor was idle: it was a rare one"
@@ -235,6 +235,25 @@ def test_the_idle_time_grows_no_faster_than_all_processors_together() -> None:
     while (later := spin_wait.idle_time()) == first and time.monotonic() < start + 0.1:
         pass
     assert later is not None and 0.0 <= later - first <= (time.monotonic() - start + 0.03) * (os.cpu_count() or 1)
+
+
+@pytest.mark.parametrize(("processors", "ticks"), [({0}, 4005), ({1, 10}, 77), ({0, 1, 10, 11}, 4082), (set(), 0)])
+def test_the_idle_time_of_some_processors(processors: set[int], ticks: int) -> None:
+    """Idle processors and those that wait for disks count; those that are switched off have no line."""
+    text = b"""cpu  9 9 9 999999 9 9 9 9 0 0
+cpu0 1 2 3 4000 5 6 7 8 0 0
+cpu1 1 2 3 70 0 6 7 8 0 0
+cpu10 1 2 3 0 7 6 7 8 0 0
+intr 123456 0 1
+cpu11 0 0 0 1 1
+"""
+    assert spin_wait.sum_idle_ticks(text.splitlines(keepends=True), processors) == ticks
+
+
+@pytest.mark.parametrize("line", [b"cpu0 1 2 3\n", b"cpu0 1 2 3 four 5\n", b"cpus 1 2 3 4 5\n", b"\n"])
+def test_odd_lines_of_processors(line: bytes) -> None:
+    with pytest.raises((ValueError, IndexError)):
+        spin_wait.sum_idle_ticks([line], {0})
 
 
 def test_pauses_double_while_the_machine_is_busy() -> None:

@@ -6,7 +6,7 @@ import math
 import os
 import socket
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Collection, Iterable
 from time import perf_counter
 from typing import Final, TypeVar
 
@@ -106,15 +106,34 @@ class PollGuard:
 
 
 def idle_time() -> float | None:
-    """Return the total time in seconds for which processors have been idle or waiting for disks; None if the system
-    does not report it.
+    """Return the total time in seconds for which the processors that the calling thread may use have been idle; None
+    if the system does not report it.
     """
     try:
         with open("/proc/stat", "rb") as file:
-            fields = file.readline(1024).split()
-        return (int(fields[4]) + int(fields[5])) / os.sysconf("SC_CLK_TCK") or None
+            return sum_idle_ticks(file, os.sched_getaffinity(0)) / os.sysconf("SC_CLK_TCK") or None
     except (OSError, ValueError, IndexError, AttributeError):
         return None
+
+
+def sum_idle_ticks(lines: Iterable[bytes], processors: Collection[int]) -> int:
+    """Return for how many ticks some processors have been idle or waiting for disks.
+
+    Args:
+        lines: lines in the format of /proc/stat; those of processors come first.
+        processors: the numbers of the processors.
+
+    Raises:
+        ValueError, IndexError: the lines are not in that format.
+    """
+    total = 0
+    for line in lines:
+        name, *fields = line.split()
+        if not name.startswith(b"cpu"):
+            break
+        if name != b"cpu" and int(name[3:]) in processors:
+            total += int(fields[3]) + int(fields[4])
+    return total
 
 
 def has_realtime_priority() -> bool:
