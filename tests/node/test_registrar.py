@@ -9,6 +9,7 @@ import socket
 import threading
 import time
 from collections.abc import Iterator
+from itertools import chain, repeat
 from types import SimpleNamespace
 from typing import Any
 
@@ -133,6 +134,8 @@ def test_a_master_whose_host_is_unknown_is_said_to_be_that(
     stderr = Output()
     monkeypatch.setattr("sys.stderr", stderr)
     monkeypatch.setattr("pyros1.net.resolve.resolve_host", look_up)
+    times = chain([100.0, 100.0], repeat(101.0))  # the limit is over after the second try, however slow the first is
+    monkeypatch.setattr("pyros1.node.registrar.monotonic", lambda: next(times))
     environ = {**environ, "ROS_MASTER_URI": "http://nowhere.invalid:11311"}
     with pytest.raises(MasterUnreachableError, match=r"add a line .ADDRESS nowhere\.invalid. to /etc/hosts"):
         make_node("early", environ=environ, wait_for_master=0.05)
