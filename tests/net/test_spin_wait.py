@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-import os
-import time
-from pathlib import Path
-
 import pytest
 
 from pyros1.net import spin_wait
+from pyros1.net.processors import ProcessorTimes
 from pyros1.net.spin_wait import (
     CHECKED_PAUSE,
     MAX_PAUSE,
@@ -32,7 +29,10 @@ class Peer:
         monkeypatch.setattr(spin_wait, "perf_counter", lambda: self.now)
         monkeypatch.setattr(spin_wait, "DONTWAIT", 64)
         self.idle_processors = 1.0
-        monkeypatch.setattr(spin_wait, "idle_time", lambda: self.idle_processors * self.now)
+        monkeypatch.setattr(spin_wait, "read_processor_times", self.processor_times)
+
+    def processor_times(self) -> ProcessorTimes:
+        return ProcessorTimes(self.now, self.idle_processors * self.now, {})
 
     def receive(self, flags: int) -> str:
         self.now += self.step
@@ -135,125 +135,105 @@ def test_the_end_of_a_wait_that_sleeps(peer: Peer) -> None:
         waiting.wait(late)
 
 
-def busy_guard(pause: float) -> tuple[PollGuard, float]:
-    """Return a guard whose last pause was of that length, and the time at which it ends."""
-    guard, now = PollGuard(assume_idle=True), 100.0
-    while guard.paused_until - now < pause:
-        now = guard.paused_until + 0.003 if guard.paused_until else now
-        assert guard.note_poll(now - 2 * PREEMPTION_GAP, now)
-    return guard, guard.paused_until
+class Machine:
+    """What the system reports about its processors.
+
+    Attributes:
+        at: the time in seconds.
+        idle: the idle time so far; None if the system does not report it.
+    """
+
+    def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        self.at = 100.0
+        self.idle: float | None = 500.0
+        monkeypatch.setattr(spin_wait, "read_processor_times", lambda: ProcessorTimes(self.at, self.idle, {}))
+
+    def goes_on(self, seconds: float, idle_processors: float) -> float:
+        """Let time pass; return the time."""
+        assert self.idle is not None
+        self.at += seconds
+        self.idle += idle_processors * seconds
+        return self.at
 
 
-@pytest.mark.parametrize("idle", [0.0, 0.1])
-def test_a_pause_is_extended_while_no_processor_is_idle(monkeypatch: pytest.MonkeyPatch, idle: float) -> None:
-    monkeypatch.setattr(spin_wait, "idle_time", lambda: 500.0)
-    guard, now = busy_guard(0.6)
-    monkeypatch.setattr(spin_wait, "idle_time", lambda: 500.0 + idle)
+@pytest.fixture
+def machine(monkeypatch: pytest.MonkeyPatch) -> Machine:
+    return Machine(monkeypatch)
+
+
+def busy_guard(machine: Machine) -> PollGuard:
+    """Return a guard in a pause of more than half a second, which has just begun."""
+    guard = PollGuard(assume_idle=True)
+    while guard.paused_until - machine.at < 0.6:
+        machine.at = max(machine.at, guard.paused_until + 0.003)
+        assert guard.note_poll(machine.at - 2 * PREEMPTION_GAP, machine.at)
+    return guard
+
+
+@pytest.mark.parametrize("idle_processors", [0.0, 0.1])
+def test_a_pause_is_extended_while_no_processor_is_idle(machine: Machine, idle_processors: float) -> None:
+    guard = busy_guard(machine)
     for _ in range(3):
-        assert not guard.may_poll(now) and not guard.may_poll(now + 0.9 * MAX_PAUSE)
-        now += MAX_PAUSE
-        idle *= 2
-
-
-def test_polling_resumes_when_processors_were_idle(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(spin_wait, "idle_time", lambda: 500.0)
-    guard, now = busy_guard(0.6)
-    assert not guard.may_poll(now - 0.01)
-    monkeypatch.setattr(spin_wait, "idle_time", lambda: 500.7)
-    assert guard.may_poll(now)
-    monkeypatch.setattr(spin_wait, "idle_time", lambda: 500.0)
-    assert guard.may_poll(now + 0.5)  # it is not asked again while nothing interrupts
-    assert guard.note_poll(now, now + 0.5)
-    assert guard.paused_until == pytest.approx(now + 0.5 + MIN_PAUSE), "a processor was idle: it was a rare one"
-
-
-def test_an_interruption_after_an_extended_pause_is_a_rare_one(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(spin_wait, "idle_time", lambda: 500.0)
-    guard, now = busy_guard(0.6)
-    for _ in range(9):
+        now = machine.goes_on(guard.paused_until - machine.at, idle_processors)
         assert not guard.may_poll(now)
-        now += MAX_PAUSE
-    monkeypatch.setattr(spin_wait, "idle_time", lambda: 509.0)
+        assert guard.paused_until == pytest.approx(now + MAX_PAUSE)
+
+
+def test_polling_resumes_when_processors_were_idle(machine: Machine) -> None:
+    guard = busy_guard(machine)
+    assert not guard.may_poll(guard.paused_until - 0.01)
+    now = machine.goes_on(guard.paused_until - machine.at, 1.0)
+    assert guard.may_poll(now)
+    assert guard.may_poll(machine.goes_on(0.5, 0.0)), "it is not checked again while nothing interrupts"
+    now = machine.at
+    assert guard.note_poll(now - 0.01, now)
+    assert guard.paused_until == pytest.approx(now + MIN_PAUSE), "a processor was idle: it was a rare one"
+
+
+def test_an_interruption_after_an_extended_pause_is_a_rare_one(machine: Machine) -> None:
+    guard = busy_guard(machine)
+    for _ in range(9):
+        assert not guard.may_poll(machine.goes_on(MAX_PAUSE, 0.0))
+    now = machine.goes_on(MAX_PAUSE, 1.0)
     assert guard.may_poll(now) and guard.note_poll(now, now + 0.01)
     assert guard.paused_until == pytest.approx(now + 0.01 + MIN_PAUSE)
 
 
-def test_a_machine_counts_as_busy_as_long_as_checks_fail(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(spin_wait, "idle_time", lambda: 500.0)
+def test_a_machine_counts_as_busy_as_long_as_checks_fail(machine: Machine) -> None:
     guard = PollGuard()
-    assert not guard.may_poll(100.0) and not guard.is_busy
-    assert not guard.may_poll(100.0 + CHECKED_PAUSE) and guard.is_busy
-    monkeypatch.setattr(spin_wait, "idle_time", lambda: 502.0)
-    assert guard.may_poll(101.0 + CHECKED_PAUSE) and not guard.is_busy
+    assert not guard.may_poll(machine.at) and not guard.is_busy
+    assert not guard.may_poll(machine.goes_on(CHECKED_PAUSE, 0.0)) and guard.is_busy
+    assert guard.may_poll(machine.goes_on(MAX_PAUSE, 1.0)) and not guard.is_busy
 
 
-def test_threads_that_share_a_guard_check_at_the_same_time(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(spin_wait, "idle_time", lambda: 500.0)
+def test_threads_that_share_a_guard_check_at_the_same_time(machine: Machine, monkeypatch: pytest.MonkeyPatch) -> None:
     guard = PollGuard()
-    guard.may_poll(100.0)
+    guard.may_poll(machine.at)
+    now = machine.goes_on(1.0, 1.0)
+    read = spin_wait.read_processor_times
 
-    def check_in_another_thread() -> float:
-        monkeypatch.setattr(spin_wait, "idle_time", lambda: 501.0)
-        assert guard.may_poll(101.0)
-        return 501.0
+    def check_in_another_thread() -> ProcessorTimes:
+        monkeypatch.setattr(spin_wait, "read_processor_times", read)
+        assert guard.may_poll(now)
+        return read()
 
-    monkeypatch.setattr(spin_wait, "idle_time", check_in_another_thread)
-    assert guard.may_poll(101.0)
-
-
-def test_threads_with_a_realtime_priority_poll_at_once_however_busy_the_machine_is(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    monkeypatch.setattr(spin_wait, "idle_time", lambda: 500.0)
-    monkeypatch.setattr(spin_wait, "has_realtime_priority", lambda: True)
-    assert PollGuard().may_poll(100.0)
-    guard, now = busy_guard(0.6)
+    monkeypatch.setattr(spin_wait, "read_processor_times", check_in_another_thread)
     assert guard.may_poll(now)
 
 
-@pytest.mark.parametrize(
-    ("policy", "found"), [("SCHED_OTHER", False), ("SCHED_BATCH", False), ("SCHED_FIFO", True), ("SCHED_RR", True)]
-)
-@pytest.mark.skipif(not hasattr(os, "SCHED_RESET_ON_FORK"), reason="needs Linux")
-def test_realtime_priorities(monkeypatch: pytest.MonkeyPatch, policy: str, found: bool) -> None:
-    assert not spin_wait.has_realtime_priority()
-    for flag in (0, os.SCHED_RESET_ON_FORK):
-        monkeypatch.setattr(os, "sched_getscheduler", lambda pid, flag=flag: getattr(os, policy) | flag)
-        assert spin_wait.has_realtime_priority() is found
+def test_threads_with_a_realtime_priority_poll_at_once_however_busy_the_machine_is(
+    machine: Machine, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    guard = busy_guard(machine)
+    monkeypatch.setattr(spin_wait, "has_realtime_priority", lambda: True)
+    assert PollGuard().may_poll(machine.at)
+    assert guard.may_poll(machine.goes_on(MAX_PAUSE, 0.0))
 
 
-def test_systems_that_do_not_tell_whether_they_are_idle(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(spin_wait, "idle_time", lambda: None)
-    guard, now = busy_guard(0.6)
-    assert not guard.may_poll(now - 0.01) and guard.may_poll(now)
-
-
-@pytest.mark.skipif(not Path("/proc/stat").exists(), reason="needs Linux")
-def test_the_idle_time_grows_no_faster_than_all_processors_together() -> None:
-    start, first = time.monotonic(), spin_wait.idle_time()
-    assert first is not None and first > 0.0
-    while (later := spin_wait.idle_time()) == first and time.monotonic() < start + 0.1:
-        pass
-    assert later is not None and 0.0 <= later - first <= (time.monotonic() - start + 0.03) * (os.cpu_count() or 1)
-
-
-@pytest.mark.parametrize(("processors", "ticks"), [({0}, 4005), ({1, 10}, 77), ({0, 1, 10, 11}, 4082), (set(), 0)])
-def test_the_idle_time_of_some_processors(processors: set[int], ticks: int) -> None:
-    """Idle processors and those that wait for disks count; those that are switched off have no line."""
-    text = b"""cpu  9 9 9 999999 9 9 9 9 0 0
-cpu0 1 2 3 4000 5 6 7 8 0 0
-cpu1 1 2 3 70 0 6 7 8 0 0
-cpu10 1 2 3 0 7 6 7 8 0 0
-intr 123456 0 1
-cpu11 0 0 0 1 1
-"""
-    assert spin_wait.sum_idle_ticks(text.splitlines(keepends=True), processors) == ticks
-
-
-@pytest.mark.parametrize("line", [b"cpu0 1 2 3\n", b"cpu0 1 2 3 four 5\n", b"cpus 1 2 3 4 5\n", b"\n"])
-def test_odd_lines_of_processors(line: bytes) -> None:
-    with pytest.raises((ValueError, IndexError)):
-        spin_wait.sum_idle_ticks([line], {0})
+def test_systems_that_do_not_tell_whether_they_are_idle(machine: Machine) -> None:
+    machine.idle = None
+    guard = busy_guard(machine)
+    assert not guard.may_poll(guard.paused_until - 0.01) and guard.may_poll(guard.paused_until)
 
 
 def test_pauses_double_while_the_machine_is_busy() -> None:

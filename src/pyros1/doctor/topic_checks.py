@@ -115,7 +115,7 @@ def _responses(
 
 
 def _check_low_latency(system: System) -> Iterator[Finding]:
-    """Check for subscriptions with ``low_latency=True`` on machines that are too busy for it."""
+    """Check for subscriptions with ``low_latency=True`` that have too little processor time for it."""
     paused = sorted(
         {
             f"{node}: {connection.topic}"
@@ -128,9 +128,10 @@ def _check_low_latency(system: System) -> Iterator[Finding]:
         yield Finding(
             "low-latency",
             WARNING,
-            "The machines of the following nodes are too busy for low_latency=True: the nodes sleep until a message "
-            "arrives",
-            "move some programs to another machine, or reserve a processor for the node (isolcpus and taskset)",
+            "There is too little processor time for the low_latency=True of the following nodes: they sleep until a "
+            "message arrives. The machine is busy, or the container's limit does not leave a whole processor",
+            "move some programs to another machine, reserve a processor for the node (isolcpus and taskset), or raise "
+            "the container's limit (`docker run --cpus`) to one processor more than its programs need",
             tuple(paused),
         )
 

@@ -6,9 +6,11 @@ import math
 import os
 import socket
 import time
-from collections.abc import Callable, Collection, Iterable
+from collections.abc import Callable
 from time import perf_counter
 from typing import Final, TypeVar
+
+from pyros1.net.processors import ProcessorTimes, could_poll, has_realtime_priority, read_processor_times
 
 ResultT = TypeVar("ResultT")
 
@@ -24,8 +26,6 @@ MAX_PAUSE: Final = 1.0
 """Minimum and maximum duration in seconds of the pause in polling after an interruption by another program."""
 CHECKED_PAUSE: Final = 0.04
 """Minimum duration in seconds of a pause after which idle times are compared: the system reports them in hundredths."""
-_MIN_IDLE = 0.5
-"""Polling begins after a pause if at least this many processors, on average, were idle during the pause."""
 
 POLLING_PAUSED: Final = "polling paused"
 """Note at the end of a connection's description in ``getBusInfo``: the subscription has ``low_latency=True``, but the
@@ -43,50 +43,49 @@ class PollGuard:
 
     A program that polls on a busy machine loses the processor for milliseconds, whereas a program that sleeps gets it
     as soon as its data arrive. If another interruption follows soon after a pause, the next pause is twice as long. So
-    a single interruption costs little. After a longer pause, polling begins only if a processor was idle during it: to
-    poll just to find out that the machine is still busy would cost milliseconds, too. For the same reason, a pause
-    comes first. On a busy machine, even a few polls do lasting harm: they spread two programs over two processors,
-    whereas programs that sleep and wake each other often end up on the same one, where the switch between them is
-    faster. Threads with a real-time priority poll without such checks: other programs do not interrupt them.
+    a single interruption costs little. After a longer pause, polling begins only if a processor was idle during it, and
+    if a limit on the processor time of this program leaves enough (see `could_poll`): to poll just to find out that the
+    machine is still busy would cost milliseconds, too. For the same reason, a pause comes first. On a busy machine,
+    even a few polls do lasting harm: they spread two programs over two processors, whereas programs that sleep and wake
+    each other often end up on the same one, where the switch between them is faster. Threads with a real-time priority
+    poll without such checks: other programs do not interrupt them.
 
     Args:
         assume_idle: whether to begin without a pause.
 
     Attributes:
         paused_until: time until which polling pauses, in seconds on the caller's clock.
-        is_busy: whether the machine was busy when the guard last checked.
+        is_busy: whether there was too little processor time left when the guard last checked.
     """
 
-    __slots__ = ("_idle_before", "_interrupted_at", "_is_new", "_pause", "_paused_at", "is_busy", "paused_until")
+    __slots__ = ("_interrupted_at", "_is_new", "_pause", "_times_before", "is_busy", "paused_until")
 
     def __init__(self, assume_idle: bool = False) -> None:
         self.paused_until = 0.0
         self.is_busy = False
         self._is_new = not assume_idle
-        self._interrupted_at = self._paused_at = -math.inf
+        self._interrupted_at = -math.inf
         self._pause = 0.0
-        self._idle_before: float | None = None  # at the start of the pause; None if it need not be compared
+        self._times_before: ProcessorTimes | None = None  # at the start of the pause; None if it need not be compared
 
     def may_poll(self, now: float) -> bool:
         """Return whether polling is allowed at the given time. Several threads may share a guard."""
         if self._is_new:
             self._is_new = False
             if not has_realtime_priority():
-                self._begin_pause(now, CHECKED_PAUSE, idle_time())
+                self._begin_pause(now, CHECKED_PAUSE, read_processor_times())
                 return False
         if now < self.paused_until:
             return False
-        idle_before, paused_at = self._idle_before, self._paused_at
-        if idle_before is None:
+        before = self._times_before
+        if before is None:
             return True
-        idle = idle_time()
-        self.is_busy = (
-            idle is not None and idle - idle_before < _MIN_IDLE * (now - paused_at) and not has_realtime_priority()
-        )
+        times = read_processor_times()
+        self.is_busy = not could_poll(before, times) and not has_realtime_priority()
         if self.is_busy:
-            self._begin_pause(now, MAX_PAUSE, idle)
+            self._begin_pause(now, MAX_PAUSE, times)
             return False
-        self._idle_before = None
+        self._times_before = None
         self._pause = 0.0  # the interruptions before were rare ones, or by other threads of this program
         return True
 
@@ -97,51 +96,12 @@ class PollGuard:
         is_frequent = now - self._interrupted_at < 3 * self._pause
         pause = min(2 * self._pause, MAX_PAUSE) if is_frequent else MIN_PAUSE
         self._interrupted_at = now
-        self._begin_pause(now, pause, idle_time() if pause >= CHECKED_PAUSE else None)
+        self._begin_pause(now, pause, read_processor_times() if pause >= CHECKED_PAUSE else None)
         return True
 
-    def _begin_pause(self, now: float, pause: float, idle: float | None) -> None:
-        self._pause, self._paused_at, self._idle_before = pause, now, idle
+    def _begin_pause(self, now: float, pause: float, times: ProcessorTimes | None) -> None:
+        self._pause, self._times_before = pause, times
         self.paused_until = now + pause
-
-
-def idle_time() -> float | None:
-    """Return the total time in seconds for which the processors that the calling thread may use have been idle; None
-    if the system does not report it.
-    """
-    try:
-        with open("/proc/stat", "rb") as file:
-            return sum_idle_ticks(file, os.sched_getaffinity(0)) / os.sysconf("SC_CLK_TCK") or None
-    except (OSError, ValueError, IndexError, AttributeError):
-        return None
-
-
-def sum_idle_ticks(lines: Iterable[bytes], processors: Collection[int]) -> int:
-    """Return for how many ticks some processors have been idle or waiting for disks.
-
-    Args:
-        lines: lines in the format of /proc/stat; those of processors come first.
-        processors: the numbers of the processors.
-
-    Raises:
-        ValueError, IndexError: the lines are not in that format.
-    """
-    total = 0
-    for line in lines:
-        name, *fields = line.split()
-        if not name.startswith(b"cpu"):
-            break
-        if name != b"cpu" and int(name[3:]) in processors:
-            total += int(fields[3]) + int(fields[4])
-    return total
-
-
-def has_realtime_priority() -> bool:
-    """Return whether the calling thread runs before all programs of normal priority."""
-    try:
-        return os.sched_getscheduler(0) & ~os.SCHED_RESET_ON_FORK in (os.SCHED_FIFO, os.SCHED_RR)
-    except (OSError, AttributeError):  # not on this system
-        return False
 
 
 class SpinWait:

@@ -113,8 +113,7 @@ class TcpSource:
 
     @property
     def address(self) -> str:
-        is_paused = self.low_latency and self._poll_guard.is_busy
-        return f"{self._address}, {POLLING_PAUSED}" if is_paused else self._address
+        return f"{self._address}, {POLLING_PAUSED}" if self._poll_guard.is_busy else self._address
 
     def receive(self, wait: bool = False) -> Batch | None:
         """Receive once from the socket.
