@@ -9,13 +9,14 @@ A test states its feature in a paragraph of its docstring, the module's or a fun
 
     Feature: latched topics -- also for subscribers that connect later
 
-What follows ``--`` are notes. Tests that state the same feature share a row.
+What follows ``--`` are notes, whose links are relative to the project's root. Tests that state the same feature share a row.
 """
 
 from __future__ import annotations
 
 import argparse
 import ast
+import os
 import re
 import sys
 from collections.abc import Iterator
@@ -93,6 +94,11 @@ def section_of(test: str) -> str:
     return folders[max((folder for folder in folders if test.startswith(f"{folder}/")), key=len)]
 
 
+def relative_to_page(notes: str) -> str:
+    """Return notes with their links to files made relative to the page."""
+    return re.sub(r"\]\((?!\w+:)([^)]+)\)", lambda found: f"]({os.path.relpath(found[1], 'interop')})", notes)
+
+
 def page() -> str:
     """Return the page."""
     rows: dict[str, list[Feature]] = {}
@@ -103,7 +109,7 @@ def page() -> str:
         lines += [f"## {title}\n", "| feature | notes | test |", "|---|---|---|"]
         for name, stating in rows.items():
             if section_of(stating[0].test) == title:
-                notes = "; ".join(filter(None, (each.notes for each in stating)))
+                notes = relative_to_page("; ".join(filter(None, (each.notes for each in stating))))
                 tests = ", ".join(f"`{each.test}`" for each in stating)
                 lines.append(f"| {name} | {notes} | {tests} |".replace("|  |", "| |"))
         lines.append("")
