@@ -18,6 +18,17 @@ ROOT = Path(__file__).resolve().parents[1]
 RULES = "tests/test_project.py"
 # The page's modules are tested by Node.js, for all of them.
 PAGE = {"tests/web/test_page_modules.py", "tests/javascript", "tests/test_security.py"}
+PUBLIC = {"tests/test_public_names.py", "tests/test_reference.py"}
+# What all tests depend on.
+COMMON = {
+    "pyproject.toml",
+    "src/pyros1/__init__.py",
+    "src/pyros1_pytest.py",
+    "tests/bodies.py",
+    "tests/conftest.py",
+    "tests/free_ports.py",
+    "tests/parts.py",
+}
 
 
 def select(changed: Iterable[str], root: Path = ROOT) -> list[str]:
@@ -30,15 +41,21 @@ def select(changed: Iterable[str], root: Path = ROOT) -> list[str]:
     found = {RULES}
     for name in changed:
         path = PurePosixPath(name)
+        if name in COMMON:
+            return ["tests"]
+        if path.is_relative_to("src/pyros1") and path.suffix == ".py":
+            found |= {each for each in PUBLIC if (root / each).exists()}
         if path.match("tests/**/test_*.py") or path.match("tests/test_*.py"):
             if (root / path).exists():
                 found.add(name)
         elif path.is_relative_to("tests/web/page"):
             found |= PAGE
+        elif str(path.parent) in ("tests", "src/pyros1"):
+            found |= {f"tests/test_{path.stem}.py"} if (root / f"tests/test_{path.stem}.py").exists() else set()
         elif path.is_relative_to("tests"):
             found.add(_nearest(path.parent, root))
-        elif path.parent == PurePosixPath("src/pyros1"):
-            found |= {f"tests/test_{path.stem}.py"} if (root / f"tests/test_{path.stem}.py").exists() else set()
+        elif path.is_relative_to(".github/workflows"):
+            found.add("tests/javascript")  # the same tools check them
         elif path.is_relative_to("src/pyros1/web/page"):
             found |= PAGE
         elif path.is_relative_to("src/pyros1"):
@@ -46,13 +63,11 @@ def select(changed: Iterable[str], root: Path = ROOT) -> list[str]:
         elif path.suffix == ".md":
             found.add("tests/guide")
     folders = {each for each in found if not each.endswith(".py")}
-    if "tests" in folders:
-        return ["tests"]
     return sorted(each for each in found if not any(each.startswith(f"{folder}/") for folder in folders))
 
 
 def _nearest(folder: PurePosixPath, root: Path) -> str:
-    """Return a folder, or the nearest one above it that exists; `RULES` for files right in the top one."""
+    """Return a folder, or the nearest one above it that exists; `RULES` if that is the top one."""
     while not (root / folder).is_dir():
         folder = folder.parent
     return RULES if folder == PurePosixPath("tests") else str(folder)
