@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import socket
 import threading
@@ -19,8 +20,9 @@ from pyros1.node.same_host import host_key
 
 from .free_ports import free_port as free_port_here
 
-settings.register_profile("at any speed", settings(), deadline=None)
-settings.load_profile("at any speed")
+settings.register_profile("quick", max_examples=20, deadline=None)
+settings.register_profile("thorough", max_examples=100, deadline=None)
+settings.load_profile("thorough" if os.environ.get("CI") else "quick")
 
 
 @pytest.fixture(autouse=True)
