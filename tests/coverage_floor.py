@@ -76,7 +76,7 @@ def table(found: Mapping[str, Counts], floors: Mapping[str, float]) -> tuple[str
         lines.append(
             f"{room:<16}{percent(counts.reached_statements, counts.statements):>10.1f} %"
             f"{percent(counts.reached_branches, counts.branches):>10.1f} %{counts.percent:>7.1f} %"
-            f"{'' if floor is None else f'{floor:>6.0f} %'}"
+            f"{'' if floor is None else f'{floor:>6g} %'}"
         )
         if floor is not None and counts.percent < floor:
             failed.append(f"{room}: {counts.percent:.1f} % of its statements and branches are reached, not {floor:g} %")
