@@ -1,4 +1,4 @@
-"""master.journal and master.revival: what a new master gets from one that was killed.
+"""master.journal and master.recovery: what a new master gets from one that was killed.
 
 Feature: a core that is killed and started again carries on
 """

@@ -1,4 +1,4 @@
-"""net.reach: what to do about a node that cannot be reached.
+"""net.connectivity: what to do about a node that cannot be reached.
 
 Feature: errors name an unreachable address, and say what to set where
 """

@@ -1,4 +1,4 @@
-"""launch.running.continued: what a core says about the journal of another, and takes from it."""
+"""launch.running.core_journal: what a core says about the journal of another, and takes from it."""
 
 from __future__ import annotations
 
