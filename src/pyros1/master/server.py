@@ -98,7 +98,6 @@ class Master:
         self._gone_nodes: list[str] = []
         self._server: XmlRpcServer | None = None
         self._stopped = threading.Event()
-        self._shutdown_reason: str | None = None
 
     def start(self) -> None:
         """Start listening and serving clients.
@@ -152,11 +151,6 @@ class Master:
     def port(self) -> int:
         """The port that the master listens on; 0 before ``start``."""
         return self._server.port if self._server is not None else 0
-
-    @property
-    def shutdown_reason(self) -> str | None:
-        """The reason passed by a client that called ``shutdown``; None if no client has called it."""
-        return self._shutdown_reason
 
     def wait(self, timeout: float | None = None) -> bool:
         """Wait until a client calls ``shutdown`` or ``stop`` is called; return whether either has happened.
@@ -219,7 +213,6 @@ class Master:
         self._caller._close()
 
     def _on_shutdown_request(self, reason: str) -> None:
-        self._shutdown_reason = reason
         # Announced later, so that the client receives its response first.
         self._loop.call_later(_SHUTDOWN_DELAY_S, self._announce_shutdown, reason)
 

@@ -45,7 +45,9 @@ def transport_topic(topic: str, transport: str) -> str:
     return topic if transport == "raw" else f"{topic}/{transport}"
 
 
-def compress_depth(image: Any, format: str = "png", depth_max: float = 10.0, quantization: float = 100.0) -> Any:
+def compress_depth(
+    image: Any, format: str = "png", depth_max: float = 10.0, quantization: float = 100.0, level: int = 1
+) -> Any:
     """Return a depth image as a sensor_msgs/CompressedImage, as compressed_depth_image_transport sends it.
 
     Args:
@@ -53,15 +55,12 @@ def compress_depth(image: Any, format: str = "png", depth_max: float = 10.0, qua
         format: "png" or "rvl".
         depth_max: the depth in metres beyond which depths are unknown.
         quantization: the depth in metres at which the resolution of float depths is 1 m.
+        level: how hard to try to make a PNG small, 1 to 9.
 
     Raises:
         MessageError: the image has no depths, or is damaged.
         Error: the format is PNG, and Pillow is not installed.
     """
-    return _compress_depth(image, format, depth_max, quantization, 1)
-
-
-def _compress_depth(image: Any, format: str, depth_max: float, quantization: float, level: int) -> Any:
     encoding = str(image.encoding)
     if encoding not in ("16UC1", "mono16", "32FC1"):
         raise MessageError(f"only depths (16UC1, 32FC1) can be sent as compressedDepth, not {encoding!r:.40}")
@@ -120,7 +119,7 @@ def _encode_compressed(image: Any, config: Any) -> Any:
 
 def _encode_depth(image: Any, config: Any) -> Any:
     format = config.format if config.format in DEPTH_FORMATS else DEPTH_FORMATS[0]
-    return _compress_depth(image, format, config.depth_max, config.depth_quantization, config.png_level)
+    return compress_depth(image, format, config.depth_max, config.depth_quantization, config.png_level)
 
 
 IMAGE_TRANSPORTS = {

@@ -39,7 +39,6 @@ def test_all_kinds(graph: Ros2Graph) -> None:
     assert graph.topic("/add") == Topic() and graph.service("/chatter") == Service()
     assert graph.topic("/chatter").types == (HashedType("std_msgs/msg/String", "RIHS01_1"),)
     assert graph.service("/add").types == (HashedType("a/srv/Add", "RIHS01_1"),)
-    assert graph.topic_conflicts() == {} and graph.service_conflicts() == {}
 
 
 def test_what_goes_leaves_nothing(graph: Ros2Graph) -> None:
@@ -70,18 +69,18 @@ def test_ignored_tokens(graph: Ros2Graph) -> None:
     assert graph.take_changes() == Changes(topics=frozenset(["/chatter"]))
 
 
-def test_conflicts(graph: Ros2Graph) -> None:
+def test_different_types(graph: Ros2Graph) -> None:
     other = SUBSCRIBER._replace(type="std_msgs/msg/Int32")
     old = CLIENT._replace(hash="TypeHashNotSupported")
-    add(graph, *ALL, other, old, PUBLISHER._replace(topic="/fine"))
-    assert graph.topic_conflicts() == {
-        "/chatter": (HashedType("std_msgs/msg/Int32", "RIHS01_1"), HashedType("std_msgs/msg/String", "RIHS01_1"))
-    }
-    assert graph.service_conflicts() == {
-        "/add": (HashedType("a/srv/Add", "RIHS01_1"), HashedType("a/srv/Add", "TypeHashNotSupported"))
-    }
+    add(graph, *ALL, other, old)
+    string = HashedType("std_msgs/msg/String", "RIHS01_1")
+    assert graph.topic("/chatter").types == (HashedType("std_msgs/msg/Int32", "RIHS01_1"), string)
+    assert graph.service("/add").types == (
+        HashedType("a/srv/Add", "RIHS01_1"),
+        HashedType("a/srv/Add", "TypeHashNotSupported"),
+    )
     graph.remove(encode_token(other))
-    assert graph.topic_conflicts() == {}
+    assert graph.topic("/chatter").types == (string,)
 
 
 def test_changes(graph: Ros2Graph) -> None:

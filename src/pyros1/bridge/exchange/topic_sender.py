@@ -244,10 +244,10 @@ class TopicSender:
             is_bridged: whether a bridge has published it.
             now: the time in seconds that `on_message` will be given.
         """
-        wanting = [sent for sent in self._by_local.get((local, conversion), ()) if sent.topic.requests]
-        if not is_bridged and any(sent.topic.is_due(received, now) for sent in wanting):
+        requested = [sent for sent in self._by_local.get((local, conversion), ()) if sent.topic.requests]
+        if not is_bridged and any(sent.topic.is_due(received, now) for sent in requested):
             return True
-        self._drop(wanting, DropReason.BRIDGED if is_bridged else DropReason.RATE)
+        self._drop(requested, DropReason.BRIDGED if is_bridged else DropReason.RATE)
         return False
 
     def drop(self, local: str, conversion: Conversion, reason: str) -> None:

@@ -104,7 +104,7 @@ class FilterServer:
         for name, default, minimum, maximum in PARAMETERS[_kind(specification)]:
             self._names.append(name)
             parameters.add(name, default, minimum=minimum, maximum=maximum)
-            value = _shown(self._params.get(name), default)
+            value = _to_type_of(self._params.get(name), default)
             # As in stock ROS, the chain's values are used, not changes from an earlier run.
             node.params[f"~{specification['name']}/{name}"] = default if value is None else value
         self._server = Server(node, parameters, self._change, specification["name"])
@@ -152,7 +152,7 @@ def _kind(specification: Mapping[str, Any]) -> str:
     return str(specification["type"]).rpartition("/")[2]
 
 
-def _shown(value: Any, default: Any) -> Any:
+def _to_type_of(value: Any, default: Any) -> Any:
     """Convert a value in the chain to the type of the default; return None if that is not possible."""
     if isinstance(default, str):
         return str(value) if isinstance(value, (str, list)) else None

@@ -33,7 +33,7 @@ class Arrivals:
         self._max_bytes = max_bytes
         self._max_messages = max_messages
         self._tokens: dict[str, bool] = {}
-        self._told: set[str] = set()  # the existing tokens that were popped
+        self._existing: set[str] = set()  # the tokens that were popped and have not been withdrawn
         self._new = 0  # how many new tokens wait
         self._messages: deque[Message] = deque()
         self._bytes = 0
@@ -46,14 +46,14 @@ class Arrivals:
     def put_token(self, key: str, is_there: bool) -> None:
         """Add a token, unless the queue is full or the key is too long to be valid."""
         if not is_there:
-            if key in self._told:
+            if key in self._existing:
                 self._tokens[key] = False
             elif self._tokens.pop(key, False):
                 self._new -= 1
-        elif key in self._told:
+        elif key in self._existing:
             self._tokens.pop(key, None)
         elif key not in self._tokens and len(key) <= MAX_KEY_LENGTH:
-            if self._new + len(self._told) >= MAX_TOKENS:
+            if self._new + len(self._existing) >= MAX_TOKENS:
                 self.dropped += 1
                 return
             self._tokens[key] = True
@@ -73,10 +73,10 @@ class Arrivals:
             key = next(iter(self._tokens))
             is_there = self._tokens.pop(key)
             if is_there:
-                self._told.add(key)
+                self._existing.add(key)
                 self._new -= 1
             else:
-                self._told.discard(key)
+                self._existing.discard(key)
             return (key, is_there), None
         if not self._messages:
             return None, None

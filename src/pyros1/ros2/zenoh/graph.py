@@ -206,14 +206,6 @@ class Ros2Graph:
         """Return the servers and clients of a service; empty if it is not known."""
         return Service(*_partition(self._services.get(name, {}).values(), Kind.SERVICE))
 
-    def topic_conflicts(self) -> dict[str, tuple[HashedType, ...]]:
-        """Return the topics that have several types, or several hashes of a type, and these types."""
-        return _conflicts(self.topics())
-
-    def service_conflicts(self) -> dict[str, tuple[HashedType, ...]]:
-        """Return the services that have several types, or several hashes of a type, and these types."""
-        return _conflicts(self.services())
-
     def take_changes(self) -> Changes:
         """Return what has changed since the last call, or since the start."""
         changes = Changes(
@@ -258,7 +250,3 @@ def _partition(entities: Iterable[Entity], kind: Kind) -> tuple[tuple[Entity, ..
 
 def _key(entity: Entity) -> tuple[str, int, int]:
     return entity.zid, entity.node_id, entity.entity_id
-
-
-def _conflicts(ends: dict[str, Topic] | dict[str, Service]) -> dict[str, tuple[HashedType, ...]]:
-    return {name: types for name, end in ends.items() if len(types := end.types) > 1}

@@ -161,7 +161,7 @@ class GoalsToRos1:
     def __init__(self) -> None:
         self._goals: dict[bytes, _Goal] = {}  # ended goals, in the order in which they ended
         self._others: dict[bytes, GoalStatus] = {}
-        self._told: tuple[ReportedGoal, ...] = ()
+        self._last_statuses: tuple[ReportedGoal, ...] = ()
         self._is_lost = False
         self._steps: list[Step] = []
 
@@ -344,9 +344,9 @@ class GoalsToRos1:
             ReportedGoal(GoalInfo(uuid, each.stamp), _ROS2_STATUSES[Status(each.status)])
             for uuid, each in self._others.items()
         ]
-        if tuple(goals) != self._told:
-            self._told = tuple(goals)
-            self._steps.append(SendStatuses(self._told))
+        if tuple(goals) != self._last_statuses:
+            self._last_statuses = tuple(goals)
+            self._steps.append(SendStatuses(self._last_statuses))
         steps, self._steps = self._steps, []
         return steps
 

@@ -127,7 +127,7 @@ class GoalsToRos2:
         self._early: dict[str, float] = {}  # unknown goals that were cancelled, and when
         self._last_cancel = NO_STAMP
         self._asked: set[bytes] = set()  # goals whose results we have requested but not received
-        self._told: tuple[GoalStatus, ...] | None = None
+        self._last_statuses: tuple[GoalStatus, ...] | None = None
         self._next_status = 0.0
         self._steps: list[Step] = []
 
@@ -278,7 +278,7 @@ class GoalsToRos2:
                 self._ask(goal, now)
         self._early = {name: at for name, at in self._early.items() if now - at <= KEEP_TIME}
         if now >= self._next_status:
-            self._told = None
+            self._last_statuses = None
         return self._take_steps(now)
 
     def on_lost(self, text: str, now: float) -> list[Step]:
@@ -314,9 +314,9 @@ class GoalsToRos2:
             GoalStatus(name, each.info.stamp, int(_STATUSES[Ros2Status(each.status)]))
             for name, each in self._others.items()
         ]
-        if tuple(statuses) != self._told:
-            self._told = tuple(statuses)
+        if tuple(statuses) != self._last_statuses:
+            self._last_statuses = tuple(statuses)
             self._next_status = now + STATUS_PERIOD
-            self._steps.append(PublishStatuses(self._told))
+            self._steps.append(PublishStatuses(self._last_statuses))
         steps, self._steps = self._steps, []
         return steps

@@ -73,7 +73,7 @@ class ReconfiguredNode:
         self._asked_at = 0.0
         self._is_asking = False
         self._pause = RETRY_PAUSE
-        self._told: object = None
+        self._last_logged: object = None
 
     # The parameters ---------------------------------------------------------------------------------------------------
 
@@ -197,8 +197,9 @@ class ReconfiguredNode:
     def _log_left_out(self, configuration: Configuration) -> None:
         """Log the parameters that are left out, once."""
         left_out = configuration.left_out
-        if (told := (len(configuration.names), left_out)) != self._told:
-            self._told = told
+        summary = len(configuration.names), left_out
+        if summary != self._last_logged:
+            self._last_logged = summary
             reasons = ", ".join(f"{name} ({reason})" for name, reason in left_out.items())
             self._node.log.peer_event(
                 INFO,
