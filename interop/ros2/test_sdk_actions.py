@@ -6,6 +6,7 @@ Feature: actions of ROS 2 nodes that use rmw_zenoh -- with stock's actionlib, an
 from __future__ import annotations
 
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -72,8 +73,10 @@ class Sides:
 
 
 @pytest.fixture
-def sides(launcher: Master) -> Sides:
-    return Sides(launcher)
+def sides(launcher: Master) -> Iterator[Sides]:
+    yield Sides(launcher)
+    for process in launcher.processes:  # shown if the test has failed
+        print(process.label, process.transcript(), sep="\n")
 
 
 def test_ros2_uses_an_action_of_ros1(sides: Sides) -> None:

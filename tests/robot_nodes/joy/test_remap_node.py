@@ -18,8 +18,9 @@ def test_messages_are_converted_and_the_buttons_released_at_the_end(make_node: M
     user = make_node("user")
     user.params["/remap/mappings"] = {"axes": ["-axes[1]", 1.0], "buttons": ["axes[0]", "buttons[0]"]}
     came: Queue[Any] = Queue()
-    user.subscribe("joy", Joy, came.put)
+    remapped = user.subscribe("joy", Joy, came.put)
     JoyRemap(make_node("remap", argv=["joy_in:=joy_orig", "joy_out:=joy"]))
+    assert remapped.wait_for_publishers(1, 20)
     driver = make_node("driver")
     joystick = driver.advertise("joy_orig", Joy, latch=True)
     message = Joy(axes=[-0.5, 0.25], buttons=[1])

@@ -40,7 +40,8 @@ def test_a_range_filter_is_changed_for_the_next_scan(make_node: Callable[..., No
     user.params["/chain"] = {"scan_filter_chain": chain, "limits": {"upper_threshold": 70.0, "lower_threshold": 2.0}}
     running = FilterChain(make_node("chain"))
     scans: Queue[Any] = Queue()
-    user.subscribe("/scan_filtered", LaserScan, lambda scan: scans.put(list(scan.ranges)))
+    subscriber = user.subscribe("/scan_filtered", LaserScan, lambda scan: scans.put(list(scan.ranges)))
+    assert subscriber.wait_for_publishers(1, PATIENCE)
     publisher = user.advertise("/scan", LaserScan)
     assert publisher.wait_for_subscribers(1, PATIENCE)
 

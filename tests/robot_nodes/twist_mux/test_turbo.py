@@ -64,11 +64,11 @@ def test_relay(make_node: Callable[..., Any], next_of: Callable[..., Any]) -> No
     user.params["/joystick_relay/turbo"] = TURBO
     came: Queue[Any] = Queue()
     priorities: Queue[Any] = Queue()
-    user.subscribe("joy_vel_out", Twist, lambda twist: came.put(twist.linear.x))
+    commands = user.subscribe("joy_vel_out", Twist, lambda twist: came.put(twist.linear.x))
     user.subscribe("joy_priority", Bool, lambda message: priorities.put(message.data))
     JoystickRelay(make_node("joystick_relay"))
     stick = user.advertise("joy_vel_in", Twist)
-    assert stick.wait_for_subscribers(timeout=20)
+    assert commands.wait_for_publishers(1, 20) and stick.wait_for_subscribers(timeout=20)
 
     def act(name: str, kind: str) -> None:
         with Client(user, name, f"twist_mux_msgs/{kind}") as client:

@@ -32,8 +32,9 @@ def test_commands_are_limited_and_stopped(
     user = make_node("user")
     user.params["/smoother"] = {**LIMITS, "frequency": 100, "robot_feedback": 1, "decel_factor": "much"}
     came: Queue[Any] = Queue()
-    user.subscribe("/cmd_vel", Twist, came.put)
+    smooth = user.subscribe("/cmd_vel", Twist, came.put)
     VelocitySmoother(make_node("smoother", argv=["smoother/smooth_cmd_vel:=cmd_vel", "smoother/odometry:=odom"]))
+    assert smooth.wait_for_publishers(1, 20)
     commands = user.advertise("smoother/raw_cmd_vel", Twist)
     assert commands.wait_for_subscribers(timeout=20)
     assert user.advertise("odom", Odometry).wait_for_subscribers(timeout=20)
