@@ -12,7 +12,9 @@ import subprocess
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from pathlib import Path
 from typing import Any
+from xmlrpc.client import ServerProxy
 
 import pytest
 
@@ -176,3 +178,24 @@ def test_the_site_says_goodbye(pair: tuple[RunningSite, RunningSite]) -> None:
         listener.sees_loss()
         red.restart_bridge()
         listener.sees_return()
+
+
+@pytest.mark.slow
+def test_a_command_at_the_death_of_a_node_reaches_the_other_site(
+    pair: tuple[RunningSite, RunningSite], tmp_path: Path
+) -> None:
+    """Feature: `on-death` of a launch file halts robots of other sites -- `pyros1 bridge`"""
+    red, base = pair
+    launch = tmp_path / "robot.launch"
+    command = "pub /halt std_msgs/String now"
+    launch.write_text(
+        f'''<launch><node pkg="minimal_nodes" type="minimal_publisher" name="driver" on-death="{command}"/></launch>'''
+    )
+    commands = QueuedSubscriber(base.node, "/red/halt")
+    with running(red, "-m", "pyros1", "launch", str(launch)):
+        wait_until(lambda: "/topic1" in red.topics(), "the driver runs")
+        with ServerProxy(red.node.master.lookup_node("/driver")) as driver:
+            _, _, pid = driver.getPid("/test")
+        assert isinstance(pid, int)
+        os.kill(pid, signal.SIGKILL)
+        commands.receives("now")
