@@ -51,6 +51,15 @@ def test_a_fast_publisher_cannot_fill_the_outbox() -> None:
     assert len(outbox) <= 50 and drain(outbox)[-1] == b"999"
 
 
+def test_a_topic_whose_priority_changes_while_its_messages_wait() -> None:
+    outbox = Outbox()
+    outbox.put(Send("t", b"", b"image", Priority.LOW, replaces=1, may_drop=True), 0.0)
+    outbox.put(Send("t", b"", b"old pose", Priority.NORMAL, replaces=1, may_drop=True), 0.1)
+    outbox.put(Send("t", b"", b"pose", Priority.NORMAL, replaces=1, may_drop=True), 0.2)
+    assert outbox.drops == {"t": {DropReason.OVERTAKEN: 1}}
+    assert drain(outbox, 0.2) == [b"pose", b"image"] and outbox.waiting_bytes == 0
+
+
 def test_what_is_sent_again_waits_only_once() -> None:
     outbox = Outbox()
     for _ in range(2):

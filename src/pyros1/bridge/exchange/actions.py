@@ -17,7 +17,7 @@ class Send(NamedTuple):
         key: below this site's prefix, see `pyros1.bridge.protocol.key_expressions`.
         head, body: the packet.
         priority: packets of higher priority are sent first.
-        replaces: this packet replaces a waiting one with the same key and the same `replaces`; None: it replaces
+        replaces: this packet replaces a waiting one with the same key, priority and `replaces`; None: it replaces
             nothing.
         may_drop: whether a newer packet replaces a waiting one only while the network is slow; if false, always.
         expires: time by the site's clock after which the packet is useless; None: never.

@@ -49,7 +49,8 @@ class Outbox:
         self._numbers = count()
         # For each priority: packet number -> packet, in sending order.
         self._queues: dict[Priority, dict[int, _QueuedPacket]] = {priority: {} for priority in Priority}
-        self._replaceable: dict[tuple[str, int], list[int]] = {}  # key and `replaces` -> the waiting packets
+        # Key, `replaces` and priority, which changes with a topic's type -> the waiting packets
+        self._replaceable: dict[tuple[str, int, Priority], list[int]] = {}
 
     def __len__(self) -> int:
         return self._count
@@ -63,7 +64,7 @@ class Outbox:
         """
         queue = self._queues[packet.priority]
         if packet.replaces is not None:
-            numbers = self._replaceable.setdefault((packet.key, packet.replaces), [])
+            numbers = self._replaceable.setdefault((packet.key, packet.replaces, packet.priority), [])
             is_slow = bool(numbers) and now - queue[numbers[0]].since >= _GRACE
             if numbers and (is_slow or not packet.may_drop or len(numbers) >= _GRACE_PACKETS):
                 for number in numbers[1:]:
@@ -114,7 +115,7 @@ class Outbox:
     def _forget_number(self, packet: Send, number: int) -> None:
         """Record that a packet can no longer be replaced."""
         if packet.replaces is not None:
-            slot = (packet.key, packet.replaces)
+            slot = (packet.key, packet.replaces, packet.priority)
             numbers = self._replaceable[slot]
             numbers.remove(number)
             if not numbers:
