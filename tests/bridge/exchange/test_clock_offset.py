@@ -23,6 +23,12 @@ def test_one_round_trip() -> None:
     assert age is not None and 1.0 <= age <= 1.0 + 0.1 + 2 * DRIFT  # not less than it is, nor more by the way there
 
 
+def test_a_message_dated_in_the_future_is_new() -> None:
+    clock = ClockOffset()
+    clock.add(10.0, 10.2, 10.1, 0.0)
+    assert clock.age(1e9, 11.0) == 0.0
+
+
 def test_the_bound_holds_whatever_the_delays_are() -> None:
     random = Random(1)
     for _ in range(200):

@@ -44,6 +44,8 @@ def test_there_and_back() -> None:
         {"left": -1.0},
         {"left": float("nan")},
         {"sent_at": float("inf")},
+        {"sent_at": 1e300},
+        {"sent_at": -1e12},
         {"kind": Kind.BYE},
     ],
 )

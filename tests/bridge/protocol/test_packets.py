@@ -158,9 +158,32 @@ def test_heads() -> None:
         message._replace(number=0),
         message._replace(number=2**63),
         message._replace(received_at=float("nan")),
+        message._replace(received_at=1e300),
+        message._replace(received_at=-1e12),
     ):
         with pytest.raises(PacketError):
             packets.decode_message_head(packets.encode_message_head(impossible))
+
+
+@pytest.mark.parametrize("field", ["sent_at", "reply_delay", "period"])
+@pytest.mark.parametrize("value", [1e11, -1e11, 10**400])
+def test_times_out_of_range(field: str, value: float) -> None:
+    _, _, heartbeat = DECODERS["heartbeat"]
+    with pytest.raises(PacketError):
+        packets.decode_heartbeat(packets.encode_heartbeat(heartbeat._replace(**{field: value})))
+
+
+def test_rates() -> None:
+    def decode(rate: Any) -> float:
+        entry = packets.decode_request(json.dumps([1, 0, 1, [[str(TOPIC), rate]]]).encode()).entries[0]
+        assert isinstance(entry, Request)
+        return entry.rate
+
+    assert [decode(rate) for rate in (0, 5, 0.5, 1e6)] == [0.0, 5.0, 0.5, 1e6]
+    assert decode(1e-300) >= 1 / 100_000, "one message per day, since a longer time is of no use"
+    for rate in (-1.0, 1e7, True, "5"):
+        with pytest.raises(PacketError):
+            decode(rate)
 
 
 @pytest.mark.parametrize(

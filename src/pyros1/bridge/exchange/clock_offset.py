@@ -75,6 +75,6 @@ class ClockOffset:
             now: the time by our clock.
 
         Returns:
-            The age; None if the offset is not known.
+            The age; None if the offset is not known; 0 if the message is dated in the future, which cannot be true.
         """
-        return now - received_at + self._least + now * DRIFT if self._latest else None
+        return max(0.0, now - received_at + self._least + now * DRIFT) if self._latest else None

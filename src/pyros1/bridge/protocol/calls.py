@@ -7,13 +7,12 @@ response, or the text of an error.
 
 from __future__ import annotations
 
-import math
 import struct
 from enum import IntEnum
 from typing import NamedTuple
 
 from pyros1.bridge.names import SharedName
-from pyros1.bridge.protocol.packet_values import MAX_NUMBER, PacketError, read_md5, read_topic, read_type
+from pyros1.bridge.protocol.packet_values import MAX_NUMBER, PacketError, read_md5, read_time, read_topic, read_type
 from pyros1.bridge.protocol.packets import Kind, Page, decode_page
 
 MAX_SLOTS = 32
@@ -100,9 +99,9 @@ def decode_call_head(data: bytes) -> CallHead:
     _, kind, epoch, to_epoch, slot, number, status, sent_at, left = _HEAD.unpack(data)
     if slot >= MAX_SLOTS or not 0 < number < MAX_NUMBER or status > max(Status):
         raise PacketError("a call with impossible numbers")
-    if not (math.isfinite(sent_at) and 0.0 <= left <= MAX_TIME):
-        raise PacketError("a call with impossible times")
-    return CallHead(Kind(kind), epoch, to_epoch, slot, number, Status(status), sent_at, left)
+    if not 0.0 <= left <= MAX_TIME:
+        raise PacketError("a call with an impossible time limit")
+    return CallHead(Kind(kind), epoch, to_epoch, slot, number, Status(status), read_time(sent_at), left)
 
 
 def decode_services(body: bytes) -> Page:

@@ -16,6 +16,10 @@ MAX_BODY = 1 << 20
 """Maximum size in bytes of a packet that is not a message."""
 MAX_NUMBER = 1 << 63
 """The exclusive upper limit of all numbers in packets."""
+_MAX_SECONDS = 1e10
+"""The exclusive upper limit of times and durations; clocks that begin in 1970 are far below it."""
+_LEAST_RATE = 1 / 86_400
+_MAX_RATE = 1e6
 _MAX_TYPE_LENGTH = 255
 _MD5 = re.compile(r"[0-9a-f]{32}\Z")
 _TYPE = re.compile(r"[A-Za-z]\w*/[A-Za-z]\w*\Z", re.ASCII)
@@ -64,11 +68,18 @@ def read_integer(value: Any, minimum: int = 0) -> int:
     return value
 
 
-def read_real(value: Any) -> float:
-    """Return a time or rate."""
-    if type(value) not in (int, float) or not abs(value) < 1e15:
-        raise PacketError("not a time or rate")
+def read_time(value: Any) -> float:
+    """Return a time of another site's clock, or a duration, in seconds; it may be negative, but not huge."""
+    if type(value) not in (int, float) or not abs(value) < _MAX_SECONDS:
+        raise PacketError("not a time in range")
     return float(value)
+
+
+def read_rate(value: Any) -> float:
+    """Return a number of messages per second, at least one per day; 0 for no limit."""
+    if type(value) not in (int, float) or not 0 <= value <= _MAX_RATE:
+        raise PacketError("not a rate in range")
+    return max(_LEAST_RATE, float(value)) if value else 0.0
 
 
 def read_topic(value: Any) -> SharedName:

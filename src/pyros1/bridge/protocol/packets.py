@@ -8,7 +8,6 @@ body is the message as serialized in ROS. The bodies of other packets are JSON.
 
 from __future__ import annotations
 
-import math
 import struct
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from enum import IntEnum
@@ -24,8 +23,9 @@ from pyros1.bridge.protocol.packet_values import (
     read_integer,
     read_md5,
     read_nodes,
-    read_real,
+    read_rate,
     read_rows,
+    read_time,
     read_topic,
     read_type,
 )
@@ -250,9 +250,9 @@ def decode_message_head(data: bytes) -> MessageHead:
     if len(data) != _MESSAGE.size or data[0] != _VERSION or data[1] != Kind.MESSAGE:
         raise PacketError("not a message's head")
     _, _, epoch, to_epoch, number, publisher, received_at, flags, md5 = _MESSAGE.unpack(data)
-    if not (0 < number < MAX_NUMBER and math.isfinite(received_at)):
+    if not 0 < number < MAX_NUMBER:
         raise PacketError("a message with impossible numbers")
-    return MessageHead(epoch, to_epoch, number, publisher, received_at, flags, md5.hex())
+    return MessageHead(epoch, to_epoch, number, publisher, read_time(received_at), flags, md5.hex())
 
 
 # Bodies ---------------------------------------------------------------------------------------------------------------
@@ -314,9 +314,9 @@ def decode_heartbeat(body: bytes) -> Heartbeat:
     read_bools([is_separate])
     return Heartbeat(
         read_integer(number, 1),
-        read_real(sent_at),
+        read_time(sent_at),
         read_integer(echo),
-        read_real(reply_delay),
+        read_time(reply_delay),
         read_integer(offer),
         read_integer(request),
         read_integer(offer_seen, -1),
@@ -324,7 +324,7 @@ def decode_heartbeat(body: bytes) -> Heartbeat:
         {read_topic(name): read_integer(tail) for name, tail in read_rows(tails, 2, PAGE_ENTRIES * MAX_PAGES)},
         read_integer(services),
         read_integer(services_seen, -1),
-        read_real(period),
+        read_time(period),
         read_nodes(nodes, MAX_NODES),
         is_separate,
     )
@@ -344,7 +344,7 @@ def _decode_offered(row: list[Any]) -> OfferedTopic:
 
 def decode_request(body: bytes) -> Page:
     """Return a page of requests, whose entries are `Request`."""
-    return decode_page(body, 2, lambda row: Request(read_topic(row[0]), max(0.0, read_real(row[1]))))
+    return decode_page(body, 2, lambda row: Request(read_topic(row[0]), read_rate(row[1])))
 
 
 def decode_ask(body: bytes) -> list[str]:

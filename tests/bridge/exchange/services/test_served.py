@@ -99,6 +99,14 @@ def test_a_reply_for_which_nobody_waits(served: ServedServices) -> None:
     assert served.tick(5.0) == []
 
 
+def test_a_call_dated_in_the_future(served: ServedServices) -> None:
+    (call,) = running(served.on_call("base", ADD, call_head(sent_at=1e9, left=5.0), b"", 1.0))
+    assert call.timeout == 5.0
+    served.on_result(CallId("base", THEIR, 0, 1), Status.OK, b"x", 2.0)
+    assert replies(served.tick(5.9)) and served.tick(6.0) == []
+    assert served.on_call("base", ADD, call_head(sent_at=1e9, left=5.0), b"", 7.0) == [], "its reply is gone"
+
+
 def test_old_numbers_and_late_packets(served: ServedServices) -> None:
     assert running(served.on_call("base", ADD, call_head(number=5), b"", 0.0))
     assert served.on_call("base", ADD, call_head(number=4), b"", 0.0) == []
@@ -204,6 +212,32 @@ def test_large_responses(served: ServedServices, monkeypatch: pytest.MonkeyPatch
     assert replies(served.on_result(ids[2], Status.OK, bytes(60), 0.0)) == [
         (Status.REFUSED, b"too many large responses at once")
     ]
+
+
+def test_large_responses_for_many_sites(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(served_module, "MAX_ALL_REPLY_BYTES", 1000)
+    served = make("serve: [/add]", "a", "b", "c")
+    sizes = {"a": 500, "b": 251, "c": 230}
+    for name in sizes:
+        served.on_call(name, ADD, call_head(), b"", 0.0)
+    results = [served.on_result(CallId(name, THEIR, 0, 1), Status.OK, bytes(sizes[name]), 0.0) for name in sizes]
+    assert [status for result in results for status, _ in replies(result)] == [Status.OK, Status.REFUSED, Status.OK]
+
+
+def test_replies_for_a_site_that_has_left(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(served_module, "MAX_ALL_REPLY_BYTES", 100)
+    served = make("serve: [/add]", "base", "blue")
+    for slot in (0, 1):
+        served.on_call("base", ADD, call_head(slot), b"", 0.0)
+    assert replies(served.on_result(CallId("base", THEIR, 0, 1), Status.OK, bytes(50), 0.0))
+    served.drop_peer("base")
+    assert served.tick(2.0) == []
+    assert served.on_result(CallId("base", THEIR, 1, 1), Status.OK, bytes(50), 2.0) == [], "nobody waits"
+    assert served.on_call("base", ADD, call_head(), b"", 3.0) == [], "even now, it is not called again"
+    served.on_call("blue", ADD, call_head(), b"", 3.0)
+    assert replies(served.on_result(CallId("blue", THEIR, 0, 1), Status.OK, bytes(50), 3.0)) == [
+        (Status.OK, bytes(50))
+    ], "replies that nobody waits for take no room"
 
 
 def test_the_time_of_a_rule() -> None:

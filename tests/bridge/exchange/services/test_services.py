@@ -9,7 +9,7 @@ from pyros1.bridge.exchange.services.served import LocalService
 from pyros1.bridge.exchange.services.services import Services
 from pyros1.bridge.exchange.site import Site
 from pyros1.bridge.names import SharedName
-from pyros1.bridge.protocol.calls import CallHead, decode_services, encode_call_head
+from pyros1.bridge.protocol.calls import CallHead, Status, decode_services, encode_call_head
 from pyros1.bridge.protocol.key_expressions import Channel, Key, parse_key
 from pyros1.bridge.protocol.packet_values import PacketError
 from pyros1.bridge.protocol.packets import Kind
@@ -54,6 +54,15 @@ def test_a_run_of_a_site_ends(services: Services) -> None:
     assert isinstance(failed, Return) and failed.body.startswith(b"site red has left; ")
     assert gone == StopProviding("/red/add")
     assert services.on_lost("red") == []
+
+
+def test_replies_for_a_run_of_a_site_end_with_it(services: Services) -> None:
+    own = SharedName("base", "/add")
+    (running,) = services.on_packet("red", own, call_head(), b"", 0.0)
+    assert isinstance(running, CallService)
+    assert packets(services.served.on_result(running.call, Status.OK, b"x", 0.0)) and packets(services.tick(2.0))
+    services.drop_peer("red", "site red has left")
+    assert services.tick(10.0) == []
 
 
 def test_keys() -> None:

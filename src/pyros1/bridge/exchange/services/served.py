@@ -1,8 +1,8 @@
 """The services of this site that other sites may call, and the calls to them: each call runs at most once. No I/O.
 
 A call is new if its number is higher than the last one in its slot; a repeated call gets the same reply again. A reply
-is resent until the other site acknowledges it or the call expires. Slots are remembered for the other site's whole run,
-even while it is lost.
+is resent until the other site acknowledges it, the call expires, or the other site is forgotten. Slots are remembered
+for the other site's whole run, even while it is lost or forgotten.
 """
 
 from __future__ import annotations
@@ -33,6 +33,8 @@ MAX_RUNNING_BYTES = 128 << 20
 """Maximum total size in bytes of the requests of all running calls."""
 MAX_REPLY_BYTES = 32 << 20
 """Maximum total size in bytes of the replies that a site has not acknowledged."""
+MAX_ALL_REPLY_BYTES = 128 << 20
+"""Maximum total size in bytes of the replies that have not been acknowledged by any site."""
 MAX_SITES = 1_000
 """Maximum number of sites whose slots are remembered."""
 _ANSWER_PERIOD = 0.5
@@ -74,9 +76,13 @@ class _Slot:
         self.service = service
         self.expires = expires
         self.reply: tuple[Status, bytes] | None = None
-        self.is_seen = False
+        self.is_over = False  # whether nobody waits for the reply any longer
         self.repeats = 0
         self.sent_at = float("-inf")
+
+    def end(self) -> None:
+        """Discard the reply, since nobody waits for it any longer."""
+        self.reply, self.is_over = None, True
 
 
 class Caller:
@@ -86,6 +92,11 @@ class Caller:
         self.peer = peer
         self.epoch = epoch
         self.slots: dict[int, _Slot] = {}
+
+    @property
+    def reply_bytes(self) -> int:
+        """The total size of the replies that have not been acknowledged."""
+        return sum(len(slot.reply[1]) for slot in self.slots.values() if slot.reply)
 
 
 class ServedServices:
@@ -183,7 +194,7 @@ class ServedServices:
 
     def _on_repetition(self, caller: Caller, head: CallHead, slot: _Slot, now: float) -> list[Action]:
         if slot.reply is None:
-            return [] if slot.is_seen else self._send(Kind.CALL_SEEN, caller, head.slot, slot, now)
+            return [] if slot.is_over else self._send(Kind.CALL_SEEN, caller, head.slot, slot, now)
         if now - slot.sent_at < _ANSWER_PERIOD:
             return []
         return self._reply(caller, head.slot, slot, slot.reply, now)
@@ -207,14 +218,20 @@ class ServedServices:
         self._running.pop(call, None)
         caller = self.callers.get(call.peer)
         slot = caller.slots.get(call.slot) if caller is not None and caller.epoch == call.epoch else None
-        if caller is None or slot is None or slot.number != call.number or slot.reply:
+        if caller is None or slot is None or slot.number != call.number or slot.reply or slot.is_over:
             return []
-        waiting = sum(len(each.reply[1]) for each in caller.slots.values() if each.reply)
         if status is Status.OK and len(body) > MAX_CALL_SIZE:
             status, body = Status.REFUSED, encode_error(f"the response is larger than {MAX_CALL_SIZE >> 20} MB")
-        elif waiting + len(body) > MAX_REPLY_BYTES:
+        elif not self._has_room(caller, len(body)):
             status, body = Status.REFUSED, encode_error("too many large responses at once")
         return self._reply(caller, call.slot, slot, (status, body), now)
+
+    def _has_room(self, caller: Caller, size: int) -> bool:
+        """Return whether a reply of a given size may be kept. A site's replies may take at most as much as they leave
+        free, so that there is always room for one more site.
+        """
+        free = MAX_ALL_REPLY_BYTES - size - sum(each.reply_bytes for each in self.callers.values())
+        return caller.reply_bytes + size <= min(MAX_REPLY_BYTES, free)
 
     def _reply(self, caller: Caller, number: int, slot: _Slot, reply: tuple[Status, bytes], now: float) -> list[Action]:
         service = self._served.get(slot.service)
@@ -236,7 +253,15 @@ class ServedServices:
         """Discard a reply that another site has acknowledged."""
         slot = self._caller(peer).slots.get(head.slot)
         if slot is not None and slot.number == head.number and slot.reply is not None:
-            slot.reply, slot.is_seen = None, True
+            slot.end()
+
+    def drop_peer(self, peer: str) -> None:
+        """End all calls of a site whose run has ended or is forgotten. Its slots are kept: if the run goes on, its
+        calls must not be carried out again.
+        """
+        caller = self.callers.get(peer)
+        for slot in caller.slots.values() if caller is not None else ():
+            slot.end()
 
     def tick(self, now: float) -> list[Action]:
         """Return the actions that follow because time has passed."""
@@ -246,7 +271,7 @@ class ServedServices:
                 if slot.reply is None:
                     continue
                 if now >= slot.expires:
-                    slot.reply, slot.is_seen = None, True  # the caller has given up
+                    slot.end()  # the caller has given up
                 elif now - slot.sent_at >= repeat_period(len(slot.reply[1]), slot.repeats):
                     slot.repeats += 1
                     actions += self._reply(caller, number, slot, slot.reply, now)

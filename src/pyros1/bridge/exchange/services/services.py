@@ -56,12 +56,13 @@ class Services:
         return self.calls.fail_all(peer, f"site {peer} does not respond")
 
     def drop_peer(self, peer: str, reason: str) -> list[Action]:
-        """Forget the services of a site whose run has ended.
+        """Forget the services of a site whose run has ended or is forgotten, and end its calls.
 
         Args:
             peer: the site.
             reason: what has happened to it.
         """
+        self.served.drop_peer(peer)
         return self.calls.fail_all(peer, reason) + self.calls.set_offers(peer, ())
 
     def tick(self, now: float) -> list[Action]:
