@@ -72,7 +72,7 @@ def add_only(original: Any) -> Callable[..., Any]:
 
 
 def listen_never_again(original: Any) -> Callable[..., Any]:
-    return lambda self, peer, on: original(self, peer, on) if on else []
+    return lambda self, peer, on, *args: original(self, peer, on, *args) if on else []
 
 
 MISTAKES: dict[str, tuple[Any, str, Any, str]] = {

@@ -474,6 +474,18 @@ def test_a_site_that_sends_packets_for_this_one_alone(liar: Liar) -> None:
     assert [each.key for each in listened(False)] == ["t/red/a", "t/red/b", "t/red/c"]
 
 
+def test_a_site_that_keeps_changing_how_it_sends(liar: Liar) -> None:
+    wanted(liar)
+    before = len(liar.actions)
+    for number in range(100):
+        liar.heartbeat(is_separate=number % 2 == 0)
+    changes = [action.on for action in only(Listen, liar.actions[before:])]
+    assert changes == [False, True, False]
+    liar.now += 1.0
+    liar.heartbeat(is_separate=False)
+    assert only(Listen, liar.actions)[-1].on, "in the end, it gets what the site sends"
+
+
 def test_definitions_of_what_is_not_offered(liar: Liar) -> None:
     liar.meet()
     topic = LocalTopic("/secret", "std_msgs/String", STRING._md5sum, "string data\n", False, ("/n",))

@@ -75,6 +75,20 @@ def test_what_is_too_old_is_not_sent() -> None:
     assert drain(outbox, 2.0) == [b"2"] and outbox.drops == {"t": {DropReason.OLD: 1}}
 
 
+def test_only_urgent_packets_overtake_something_else_that_waits() -> None:
+    outbox = Outbox()
+    for at, body, priority in (
+        (1.0, b"before", Priority.HIGH),
+        (2.0, b"after", Priority.HIGH),
+        (3.0, b"heartbeat", Priority.URGENT),
+    ):
+        outbox.put(Send("t", b"", body, priority), at)
+    outbox.put(Send("t", b"", b"old", Priority.URGENT, expires=3.5), 3.0)
+    popped = [outbox.pop(4.0, before=2.0) for _ in range(3)]
+    assert [packet and packet.body for packet in popped] == [b"heartbeat", b"before", None]
+    assert drain(outbox, 4.0) == [b"after"]
+
+
 def test_the_outbox_is_bounded() -> None:
     outbox = Outbox(max_bytes=10, max_packets=3)
     outbox.put(Send("big", b"", bytes(20)), 0.0)

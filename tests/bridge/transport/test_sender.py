@@ -5,6 +5,7 @@ from __future__ import annotations
 import queue
 import threading
 from collections.abc import Iterator
+from itertools import count
 
 import pytest
 
@@ -122,6 +123,42 @@ def test_listening_begins_before_the_request_is_sent(link: SlowLink, sender: Sen
     sent = [link.sent.get(timeout=PATIENCE) for _ in range(6)]
     for number in range(3):
         assert sent.index(b"listen red t%d True" % number) < sent.index(b"request %d" % number)
+
+
+class SlowlyListeningLink(SlowLink):
+    """A link that cannot listen to another key until it is told that it may."""
+
+    def listen(self, site: str, key: str, on: bool) -> None:
+        """Wait until the link may listen, and note it among what is sent."""
+        self.is_waiting.set()
+        assert self.may_send.wait(PATIENCE)
+        super().listen(site, key, on)
+
+
+def test_many_changes_of_what_to_listen_to_delay_no_urgent_packet() -> None:
+    link = SlowlyListeningLink()
+    ticks = count()
+    sender = Sender(link, lambda: float(next(ticks)), lambda error: None)
+    sender.listen("red", "t0", True)
+    assert link.is_waiting.wait(PATIENCE)
+    sender.put(Send("to/blue", b"", b"before"))
+    for _ in range(1000):
+        for on in (True, False):
+            sender.listen("red", "t1", on)
+            sender.listen("red", "t2", not on)
+    sender.put(Send("to/red", b"", b"request"))
+    sender.put(Send("to/blue", b"", b"heartbeat", Priority.URGENT))
+    link.may_send.set()
+    assert [link.sent.get(timeout=PATIENCE) for _ in range(6)] == [
+        b"listen red t0 True",
+        b"heartbeat",
+        b"before",
+        b"listen red t1 False",
+        b"listen red t2 True",
+        b"request",
+    ]
+    sender.close()
+    assert link.sent.empty()
 
 
 def test_bulky_packets_wait_for_answers_to_probes(link: SlowLink) -> None:

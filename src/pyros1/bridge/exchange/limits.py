@@ -15,6 +15,11 @@ _DEFINITION_BURST = 2e6
 """Maximum bytes of a site's definitions that are read, per second and in one burst: a thousand bytes take about a
 millisecond. A robot's types all fit into the burst, and definitions that were not read are requested again.
 """
+_SEPARATE_RATE = 1.0
+_SEPARATE_BURST = 3
+"""Number of times that a site may change whether it sends separate packets, per second and in one burst: each change
+affects all topics that are received from it.
+"""
 _MAX_SITES = 1_000
 
 
@@ -25,12 +30,14 @@ class SiteLimits:
         lists: the lists that wait to be applied.
         probes: limits how many probes are answered.
         definitions: limits how many bytes of definitions are read.
+        separate: limits how often the site may change whether it sends separate packets.
     """
 
     def __init__(self) -> None:
         self.lists = PendingLists()
         self.probes = TokenBucket(_PROBE_RATE, _PROBE_BURST)
         self.definitions = TokenBucket(_DEFINITION_RATE, _DEFINITION_BURST)
+        self.separate = TokenBucket(_SEPARATE_RATE, _SEPARATE_BURST)
 
 
 class Limits:

@@ -345,7 +345,8 @@ class Site:
             actions.append(Log(f"site {site} responds again"))
         if peer.is_current(epoch, to_epoch):
             actions += self._remote_nodes.update(site, heartbeat.nodes)
-            actions += self.topic_receiver.set_separate(site, heartbeat.is_separate)
+            changes = self._limits.of(site, self._peers).separate
+            actions += self.topic_receiver.set_separate(site, heartbeat.is_separate, changes, now)
             actions += self.topic_receiver.on_tails(site, heartbeat.tails, now)
         # Heartbeats go first: the other site may consider this one present only after receiving one.
         return actions + self._announcements.heartbeats(now) + self._announcements.pages(now)

@@ -207,11 +207,11 @@ class TopicReceiver:
         self._separate.discard(peer)
         return actions
 
-    def set_separate(self, peer: str, on: bool) -> list[Action]:
+    def set_separate(self, peer: str, on: bool, changes: TokenBucket, now: float) -> list[Action]:
         """Record whether another site sends all messages in separate packets for this site: receiving the common
-        packets too would waste bandwidth.
+        packets too would waste bandwidth. `changes` limits how often this may change; heartbeats repeat the last state.
         """
-        if on is (peer in self._separate):
+        if on is (peer in self._separate) or not changes.take(now):
             return []
         (self._separate.add if on else self._separate.discard)(peer)
         wanted = [feed for feed, incoming in self._incoming.items() if feed[0] == peer and incoming.is_wanted]

@@ -4,6 +4,7 @@ that a slow or unresponsive site does not hold up the others. No I/O.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 from itertools import count
 from typing import NamedTuple
@@ -110,15 +111,19 @@ class Lanes:
             if not fullest.outbox.drop_one():
                 break
 
-    def pop(self, now: float) -> tuple[str, Send] | None:
+    def pop(self, now: float, before: float = math.inf) -> tuple[str, Send] | None:
         """Return the next packet to send, after its lane; None if none may be sent now. The most urgent packets go
         first; among equals, lanes take turns.
+
+        Args:
+            now: the current time in seconds.
+            before: packets queued at this time or later must wait, except urgent ones.
         """
         ready = [name for name, lane in self._lanes.items() if lane.outbox]
         if self._is_paced:
             ready = [name for name in ready if self._lanes[name].pacer.may_send(now)]
         for name in ready if len(ready) <= 1 else self._in_turn(ready):
-            if (packet := self._lanes[name].outbox.pop(now)) is not None:
+            if (packet := self._lanes[name].outbox.pop(now, before)) is not None:
                 self._last = name
                 return name, packet
         return None

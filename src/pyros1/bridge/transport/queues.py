@@ -6,6 +6,7 @@ pause.
 
 from __future__ import annotations
 
+import math
 from itertools import count
 
 from pyros1.bridge.exchange.actions import Send
@@ -121,11 +122,18 @@ class Outbox:
             if not numbers:
                 del self._replaceable[slot]
 
-    def pop(self, now: float) -> Send | None:
-        """Return the next packet to send, or None if none waits. Packets that are too old are dropped."""
-        for queue in self._queues.values():
+    def pop(self, now: float, before: float = math.inf) -> Send | None:
+        """Return the next packet to send, or None if there is none. Packets that are too old are dropped.
+
+        Args:
+            now: the current time in seconds.
+            before: packets queued at this time or later must wait, except urgent ones.
+        """
+        for priority, queue in self._queues.items():
             while queue:
                 number = next(iter(queue))
+                if priority is not Priority.URGENT and queue[number].since >= before:
+                    break
                 self._forget_number(queue[number].packet, number)
                 packet = self._remove(queue, number)
                 if packet.expires is None or packet.expires >= now:

@@ -4,6 +4,7 @@ in threads that may block on the network, one for urgent packets and subscriptio
 
 from __future__ import annotations
 
+import math
 import threading
 from collections import deque
 from collections.abc import Callable
@@ -65,6 +66,8 @@ class SendingThread:
         self._make_probes = make_probes or _make_none
         self._on_slow = on_slow
         self._tasks: deque[Callable[[], object]] = deque()
+        # Site and key, see `Link.listen` -> whether to listen, and since when this waits. Only the last change counts.
+        self._listens: dict[tuple[str, str], tuple[bool, float]] = {}
         self._link = link
         self._clock = clock
         self._on_error = on_error
@@ -85,8 +88,8 @@ class SendingThread:
             if self._is_closing:
                 return
             lane = None
-            can_send_directly = not self._is_sending and not self._tasks and now >= self._direct_from
-            if can_send_directly:
+            is_busy = self._is_sending or self._tasks or self._listens
+            if not is_busy and now >= self._direct_from:
                 lane = self.lanes.lane_if_idle(packet, now)
             if lane is None:
                 self.lanes.put(packet, now)
@@ -113,18 +116,19 @@ class SendingThread:
                     self._direct_from = end + min(_LONGEST_PAUSE, max(_DIRECT_PAUSE, _PAUSE_FACTOR * took))
                 self._was_slow = took > _DIRECT_TIME
                 self._is_sending = False
-                if self._tasks or not self.lanes.is_empty or self._is_flushing:
+                if self._tasks or self._listens or not self.lanes.is_empty or self._is_flushing:
                     self._changed.notify_all()
 
     def _transmit_directly(self, packet: Send) -> None:
         if self._tasks or not self._link.try_send(packet):
             self._tasks.append(partial(self._link.send, packet))
 
-    def do(self, task: Callable[[], object]) -> None:
-        """Call a function in the sending thread, before packets that are put later."""
+    def listen(self, site: str, key: str, on: bool) -> None:
+        """Receive what another site sends on a key, or stop. Later packets wait for this, except urgent ones."""
         with self._lock:
             if not self._is_closing:
-                self._tasks.append(task)
+                _, since = self._listens.get((site, key), (on, self._clock()))
+                self._listens[site, key] = on, since
                 self._changed.notify()
 
     def _run(self) -> None:
@@ -154,8 +158,11 @@ class SendingThread:
         self._note_slow()
         if self._tasks:
             return self._tasks.popleft()
-        popped = self.lanes.pop(self._clock())
-        return None if popped is None else partial(self._send, *popped)
+        oldest = next(iter(self._listens), None)
+        before = math.inf if oldest is None else self._listens[oldest][1]
+        if (popped := self.lanes.pop(self._clock(), before)) is not None:
+            return partial(self._send, *popped)
+        return None if oldest is None else partial(self._link.listen, *oldest, self._listens.pop(oldest)[0])
 
     def _send(self, lane: str, packet: Send) -> None:
         self._link.send(packet)
@@ -222,8 +229,8 @@ class Sender:
         (self._urgent if packet.priority <= Priority.HIGH else self._bulk).put(packet)
 
     def listen(self, site: str, key: str, on: bool) -> None:
-        """Receive what another site sends on a key, or stop; takes effect before packets that are sent later."""
-        self._urgent.do(partial(self._link.listen, site, key, on))
+        """Receive what another site sends on a key, or stop. Later packets wait for this, except urgent ones."""
+        self._urgent.listen(site, key, on)
 
     def on_probe_reply(self, site: str, number: int) -> None:
         """Record that a site has answered a probe."""
