@@ -721,6 +721,61 @@ def test_lists_of_many_sites_are_looked_at_together(looks: list[float], monkeypa
     assert {topic.topic.name for topic in site.received_topics()} == {f"/t{number}_10" for number in range(20)}
 
 
+@pytest.fixture
+def fleet(looks: list[float]) -> list[Liar]:
+    """Five sites that offer a topic each to a site, whose nodes subscribe to all of them."""
+    site = Site(rules("take: ['*:**']"), OWN, 0.0)
+    liars = [Liar(site, THEIR, f"site{number}") for number in range(5)]
+    for each in liars:
+        each.actions = liars[0].actions  # heartbeats for one come after packets of others
+        each.meet()
+        each.offer(offered(SharedName(each.name, "/odom")))
+        each.define()
+    liars[0].take(site.set_subscribed([f"/{each.name}/odom" for each in liars], 0.0))
+    looks.clear()
+    return liars
+
+
+def topic_states(site: Site) -> list[str]:
+    return [topic.state for topic in site.received_topics()]
+
+
+def test_topics_of_many_sites_are_looked_at_once_after_a_change_here(fleet: list[Liar], looks: list[float]) -> None:
+    site = fleet[0].site
+    local = LocalTopic("/site3/state", "std_msgs/String", STRING._md5sum, "string data\n", False, ("/n",))
+    actions = site.set_topics([local], 0.0, 0.0)
+    assert [each.local for each in only(Withdraw, actions)] == ["/site3/odom"] and len(looks) == 1
+    assert sorted(topic_states(site))[1:] == ["subscribed"] * 4
+    assert [each.local for each in only(Advertise, site.set_topics([], 1.0, 1.0))] == ["/site3/odom"]
+    assert len(looks) == 2
+
+
+def test_topics_of_many_lost_sites_are_looked_at_once(fleet: list[Liar], looks: list[float]) -> None:
+    site = fleet[0].site
+    actions = site.tick(30.0)
+    assert len(only(Withdraw, actions)) == len(only(Listen, actions)) == 5 and len(looks) == 1
+    assert topic_states(site) == ["site lost"] * 5
+    site.tick(30.0 + FORGET_DELAY)
+    assert site.sites() == [] and topic_states(site) == [] and len(looks) == 2
+
+
+def test_topics_of_many_sites_that_return_are_looked_at_together(
+    fleet: list[Liar], looks: list[float], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    site = fleet[0].site
+    fleet[0].take(site.tick(30.0))
+    fleet[0].take(site.tick(31.0))
+    looks.clear()
+    actions: list[Action] = []
+    monkeypatch.setattr(site.topic_receiver, "may_update", lambda now: now >= 31.1)  # the network is back for all
+    for each in fleet:
+        each.now = 31.0
+        actions += each.heartbeat()
+    assert {each.state for each in site.sites()} == {State.PRESENT} and not looks
+    actions += site.tick(31.1)
+    assert len(only(Advertise, actions)) == 5 and len(looks) == 1
+
+
 @pytest.mark.slow
 def test_definitions_in_floods_are_looked_at_together(looks: list[float]) -> None:
     liar = Liar(Site(rules("take: ['red:**']"), OWN, 0.0))

@@ -127,7 +127,8 @@ class Site:
         actions = self._topic_sender.set_topics(known, asked_at, now)
         if self.topic_receiver.set_local_topics([topic.name for topic in known if topic.publishers]):
             for name, lists in self._announcements.lists.items():
-                actions += self.topic_receiver.set_offers(name, lists.their_offer.entries, now)
+                actions += self.topic_receiver.note_offers(name, lists.their_offer.entries, now)
+            actions += self.topic_receiver.apply(now)
         actions += self._announcements.update(now)
         return actions + self._announcements.heartbeats(now)
 
@@ -190,24 +191,24 @@ class Site:
         if now - self._hello_at >= _HELLO_PERIOD:
             self._hello_at = now
             actions.append(self._announcements.hello())
-        for peer in [*self._peers.values()]:
-            if peer.tick(now):
-                actions.append(Log(f"site {peer.name} has stopped responding", is_warning=True))
-                actions += self.services.on_lost(peer.name)
-                actions += self._remote_nodes.drop(peer.name) + self.topic_receiver.apply(now)
-                actions += self._announcements.update(now)
+        lost = [peer for peer in self._peers.values() if peer.tick(now)]
+        for peer in lost:
+            actions.append(Log(f"site {peer.name} has stopped responding", is_warning=True))
+            actions += self.services.on_lost(peer.name) + self._remote_nodes.drop(peer.name)
+        if lost:
+            actions += self.topic_receiver.apply(now) + self._announcements.update(now)
+        for peer in self._peers.values():
             if peer.pop_namesake():
                 actions.append(Log(f"two bridges are named {peer.name}: use another --site", is_warning=True))
-            if peer.is_forgotten(now):
-                actions += self._forget(peer, now, "does not respond")
+        if forgotten := [peer for peer in self._peers.values() if peer.is_forgotten(now)]:
+            actions += self._forget(forgotten, now, "does not respond")
         if self._slow_sites.tick(now, self._peers):
             self._topic_sender.separate = self._slow_sites.separate
         actions += self.services.tick(now)
         actions += self._topic_sender.tick(now)
         actions += self.topic_receiver.tick(now)
         actions += self._apply_lists(now)
-        if (late := self.topic_receiver.update_if_outdated(now)) is not None:
-            actions += late + self._announcements.update_requests(now)
+        actions += self._update_if_outdated(now)
         if self.topic_receiver.end_pauses(now):
             actions += self._announcements.update(now)
         return actions + self._announcements.heartbeats(now) + self._announcements.pages(now)
@@ -299,7 +300,7 @@ class Site:
         if peer is None or to_epoch != self._epoch or not peer.is_current(epoch, to_epoch):
             return self._ignore(f"{key.site}: packets from a run that is not current")
         if kind is Kind.BYE:
-            return [Log(f"site {peer.name} has left"), *self._forget(peer, now, "has left")]
+            return [Log(f"site {peer.name} has left"), *self._forget([peer], now, "has left")]
         handler = self._on_kind.get(kind)
         if handler is None:
             raise PacketError("a packet on the wrong key")
@@ -329,7 +330,7 @@ class Site:
         actions: list[Action] = []
         if change is Change.STARTED:
             actions += self._remote_nodes.drop(site)
-            actions += self.topic_receiver.drop_peer(site, now)
+            actions += self.topic_receiver.drop_peer(site, now) + self.topic_receiver.apply(now)
             actions += self.services.drop_peer(site, f"site {site} has started again")
             self._announcements.begin(site)
             self._limits.of(site, self._peers).lists.clear()
@@ -339,9 +340,8 @@ class Site:
             if not peer.alternates:  # `tick` warns about two bridges with the same name
                 actions.append(Log(f"site {site} is present"))
         elif change is Change.RETURNED:
-            actions += self.topic_receiver.on_return(site, now)
-            actions += self._announcements.heartbeats(now)
-            actions += self._announcements.update(now)
+            self.topic_receiver.on_return(site, now)
+            actions += self._announcements.heartbeats(now) + self._update_if_outdated(now)
             actions.append(Log(f"site {site} responds again"))
         if peer.is_current(epoch, to_epoch):
             actions += self._remote_nodes.update(site, heartbeat.nodes)
@@ -355,12 +355,14 @@ class Site:
         epochs = {peer.name: peer.epoch for peer in self._peers.values() if peer.epoch}
         return self._topic_sender.set_peers(epochs, now)
 
-    def _forget(self, peer: Peer, now: float, reason: str) -> list[Action]:
-        actions = self._remote_nodes.drop(peer.name) + self.topic_receiver.drop_peer(peer.name, now)
-        actions += self.services.drop_peer(peer.name, f"site {peer.name} {reason}")
-        del self._peers[peer.name], self._announcements.lists[peer.name]
-        self._limits.of(peer.name, self._peers).lists.clear()
-        actions += self._update_peers(now)
+    def _forget(self, peers: Iterable[Peer], now: float, reason: str) -> list[Action]:
+        actions: list[Action] = []
+        for peer in peers:
+            actions += self._remote_nodes.drop(peer.name) + self.topic_receiver.drop_peer(peer.name, now)
+            actions += self.services.drop_peer(peer.name, f"site {peer.name} {reason}")
+            del self._peers[peer.name], self._announcements.lists[peer.name]
+            self._limits.of(peer.name, self._peers).lists.clear()
+        actions += self.topic_receiver.apply(now) + self._update_peers(now)
         return actions + self._announcements.update(now)
 
     def _on_list(self, kind: Kind, site: str, body: bytes, now: float) -> list[Action]:
@@ -396,9 +398,13 @@ class Site:
         if not token_bucket.take(now):
             return self._ignore(f"{site}: too many definitions")
         token_bucket.charge(len(body))
-        return self.topic_receiver.on_definition(
-            site, decode_definition(body), now
-        ) + self._announcements.update_requests(now)
+        self.topic_receiver.on_definition(site, decode_definition(body))
+        return self._update_if_outdated(now)
+
+    def _update_if_outdated(self, now: float) -> list[Action]:
+        """Apply new definitions and the return of sites, unless that happens too often."""
+        actions = self.topic_receiver.update_if_outdated(now)
+        return [] if actions is None else actions + self._announcements.update_requests(now)
 
     def _on_probe(self, site: str, body: bytes, now: float) -> list[Action]:
         number = decode_probe(body)

@@ -84,7 +84,7 @@ class TopicReceiver:
         self._refused: dict[Feed, tuple[str, str]] = {}  # feed -> its type, and why it is refused
         self._unusable: dict[Feed, str] = {}
         self._lacks_definitions = False
-        self._is_outdated = False  # whether definitions have arrived since the last update
+        self._is_outdated = False  # whether definitions have arrived, or sites have returned, since the last update
         self._updates = TokenBucket(UPDATE_RATE, UPDATE_BURST)
         self.streams: dict[Feed, tuple[bool, bool, Stream]] = {}
         self.buffered: dict[str, BufferedBytes] = {}
@@ -95,13 +95,9 @@ class TopicReceiver:
         """Record which topics this site's nodes, except bridges, publish.
 
         Returns:
-            Whether `set_offers` must be called again, since different topics may now be refused.
+            Whether `note_offers` must be called again for all sites, since different topics may now be refused.
         """
         return self._namespaces.update(topics)
-
-    def set_offers(self, peer: str, offers: Iterable[OfferedTopic], now: float) -> list[Action]:
-        """Record what another site offers, and return the resulting actions."""
-        return self.note_offers(peer, offers, now) + self.apply(now)
 
     def may_update(self, now: float) -> bool:
         """Return whether to process other sites' new lists now; otherwise they wait."""
@@ -113,11 +109,13 @@ class TopicReceiver:
         return self.apply(now)
 
     def update_if_outdated(self, now: float) -> list[Action] | None:
-        """Return the actions that result from new definitions; None if there are none, or if they must wait."""
+        """Return the actions that result from new definitions and the return of sites; None if there are none, or if
+        they must wait.
+        """
         return self.update(now) if self._is_outdated and self.may_update(now) else None
 
     def note_offers(self, peer: str, offers: Iterable[OfferedTopic], now: float) -> list[Action]:
-        """Record what another site offers, and return the first actions; call `update` afterwards."""
+        """Record what another site offers, and return the first actions; call `update` or `apply` afterwards."""
         old = {feed: incoming for feed, incoming in self._incoming.items() if feed[0] == peer}
         for feed in old:
             del self._incoming[feed]
@@ -198,8 +196,10 @@ class TopicReceiver:
             del self.streams[feed]
 
     def drop_peer(self, peer: str, now: float) -> list[Action]:
-        """Forget everything about another site, since it is gone or has restarted; return the resulting actions."""
-        actions = self.set_offers(peer, (), now)
+        """Forget everything about another site, since it is gone or has restarted, and return the first actions; call
+        `apply` afterwards.
+        """
+        actions = self.note_offers(peer, (), now)
         for feed in [feed for feed in self.streams if feed[0] == peer]:
             del self.streams[feed]
         self.buffered.pop(peer, None)
@@ -222,16 +222,14 @@ class TopicReceiver:
         self._subscribed = frozenset(subscribed)
         return self.apply(now)
 
-    def on_definition(self, peer: str, definition: Definition, now: float) -> list[Action]:
-        """Handle a definition, and return the resulting actions."""
+    def on_definition(self, peer: str, definition: Definition) -> None:
+        """Record a definition; call `update_if_outdated` afterwards."""
         is_offered = any(
             (incoming.offered.type, incoming.offered.md5sum) == (definition.type, definition.md5sum)
             for incoming in self._incoming.values()
         )
         if is_offered and self._definitions.add(peer, definition):
             self._is_outdated = True
-            return self.update_if_outdated(now) or []
-        return []
 
     def apply(self, now: float) -> list[Action]:
         """Update what is published and requested to match sites, offers, definitions and subscribers."""
@@ -339,12 +337,12 @@ class TopicReceiver:
                 found.setdefault(peer, []).append(Request(topic, incoming.settings.rate or 0.0))
         return found
 
-    def on_return(self, peer: str, now: float) -> list[Action]:
-        """Record that a lost site has returned, and return the resulting actions."""
+    def on_return(self, peer: str, now: float) -> None:
+        """Record that a lost site has returned; call `update_if_outdated` afterwards."""
         for feed, incoming in self._incoming.items():
             if feed[0] == peer and incoming.is_paused:
                 incoming.paused_until = now + _PAUSE
-        return self.apply(now)
+        self._is_outdated = True
 
     def end_pauses(self, now: float) -> bool:
         """End the pauses that are over; return whether any topic is no longer requested, since nobody resubscribed."""
