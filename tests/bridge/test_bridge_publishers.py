@@ -39,6 +39,7 @@ def kept(node: Node, local: str, count: int) -> list[str]:
 
 def test_the_latched_messages_of_a_site_are_bounded(make_node: MakeNode, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(module, "LATCHED_BYTES", 40)
+    monkeypatch.setattr(module, "MESSAGE_COST", 0)
     publishing, node = BridgePublishers(make_node("bridge"), "base"), make_node("user")
     for local in ("/red/a", "/red/b", "/blue/a"):
         publishing.advertise(advertise(local))
@@ -60,3 +61,12 @@ def test_the_latched_messages_of_a_site_are_bounded(make_node: MakeNode, monkeyp
     for number in range(5):
         publishing.publish(text("/red/a", f"a{number:02}", number))
     assert kept(node, "/red/a", 5) == ["a00", "a01", "a02", "a03", "a04"], "what was withdrawn does not count"
+
+
+def test_empty_latched_messages_count_too(make_node: MakeNode, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(module, "LATCHED_BYTES", 3 * module.MESSAGE_COST + 20)
+    publishing = BridgePublishers(make_node("bridge"), "base")
+    publishing.advertise(advertise("/red/a"))
+    for number in range(10):
+        publishing.publish(text("/red/a", "", number))
+    assert publishing.forgotten == 7

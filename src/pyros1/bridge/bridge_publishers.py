@@ -27,6 +27,8 @@ this master, and it sends all original publishers' messages over one connection.
 _QUEUE_SIZE = 100
 LATCHED_BYTES = 256 << 20
 """Maximum total size in bytes of another site's latched messages; at least one is kept."""
+MESSAGE_COST = 1_000
+"""Approximate bytes that a latched message takes besides its body, since it has a publisher of its own."""
 
 
 class _Topic:
@@ -119,7 +121,7 @@ class BridgePublishers:
                     # The topic is published already, so this does not wait for the master.
                     topic.latched[action.source] = self._make_publisher(topic.action, topic.origins)
                 publisher = topic.latched[action.source]
-                self._note_size(action.local, action.source, len(action.body))
+                self._note_size(action.local, action.source, MESSAGE_COST + len(action.body))
                 self._forget_oldest(action.source[0])
             elif topic.keeps_messages:
                 # This message must not stay latched: unregistering its publisher discards it.

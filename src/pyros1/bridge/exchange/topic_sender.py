@@ -29,6 +29,8 @@ from pyros1.bridge.rules.rules import RuleMatch, Rules, is_command
 
 _MAX_DEFINITIONS = 100
 """Maximum number of definitions sent in response to one request."""
+MAX_ENDED_TOPICS = 10_000
+"""Maximum number of topics, no longer sent, whose last numbers are remembered."""
 
 
 class LocalTopic(NamedTuple):
@@ -112,7 +114,9 @@ class TopicSender:
         self._requests: dict[str, dict[SharedName, float]] = {}
         self._sent: dict[SharedName, _Sent] = {}
         self._by_local: dict[_Source, list[_Sent]] = {}
-        self._last: dict[SharedName, int] = {}  # numbering never restarts within an epoch
+        # Numbering never restarts within an epoch. The last numbers of topics that are no longer sent, the newest last:
+        self._last: dict[SharedName, int] = {}
+        self._highest_forgotten = 0  # of the numbers that are no longer in `_last`
         self._subscribed: set[_Source] = set()
         self._responding: frozenset[str] = frozenset()
         self._nodes: dict[str, list[str]] = {}  # peer -> see `nodes`
@@ -213,12 +217,18 @@ class TopicSender:
                 topic.offered = offered  # other sites request the latched messages themselves
             else:
                 topic, flow = OutgoingTopic(offered, settings, self._epoch), TopicCounts()
-                topic.last = before.topic.last if before else self._last.get(shared, 0)
+                topic.last = before.topic.last if before else self._last.pop(shared, self._highest_forgotten)
             receivers = frozenset(self._rules.receivers(outgoing, self._peers))
             is_private = bool(rule.sites) or shared.site != self._rules.site
             sent = self._sent[shared] = _Sent(topic, receivers, is_private, local, flow)
             self._by_local.setdefault((name, conversion), []).append(sent)
-        self._last.update((shared, sent.topic.last) for shared, sent in old.items() if shared not in self._sent)
+        self._last.update(
+            (shared, sent.topic.last)
+            for shared, sent in old.items()
+            if shared not in self._sent and sent.topic.last > self._highest_forgotten
+        )
+        while len(self._last) > MAX_ENDED_TOPICS:
+            self._highest_forgotten = max(self._highest_forgotten, self._last.pop(next(iter(self._last))))
 
     def _outgoing(self) -> list[tuple[RuleMatch, LocalTopic]]:
         """Return what the rules allow, with conversions last, since a node may publish the converted topic itself."""
