@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import queue
+import threading
 from collections.abc import Callable
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -70,3 +72,39 @@ def test_empty_latched_messages_count_too(make_node: MakeNode, monkeypatch: pyte
     for number in range(10):
         publishing.publish(text("/red/a", "", number))
     assert publishing.forgotten == 7
+
+
+class _Replaced:
+    """A publisher whose original publishers change at the worst moment: while it publishes."""
+
+    def __init__(self, change: Callable[[], None]) -> None:
+        self.is_registered = True
+        self.published: list[bool] = []
+        self._thread = threading.Thread(target=change)
+
+    def publish(self, message: object) -> None:
+        self._thread.start()
+        self._thread.join(0.2)
+        self.published.append(self.is_registered)
+
+    def unregister(self) -> None:
+        self.is_registered = False
+
+    def join(self) -> None:
+        self._thread.join()
+
+
+def test_a_message_comes_through_while_original_publishers_change() -> None:
+    """This replaces the publisher, and an unregistered one refuses messages."""
+    made: list[_Replaced] = []
+
+    def make(*_: object, **__: object) -> _Replaced:
+        made.append(_Replaced(lambda: publishing.set_origins("/red/a", ("red:/node",))))
+        return made[-1]
+
+    node: Any = SimpleNamespace(advertise=make)
+    publishing = BridgePublishers(node, "base")
+    publishing.advertise(advertise("/red/a")._replace(latched=False))
+    assert publishing.publish(text("/red/a", "a")._replace(latched=False))
+    made[0].join()
+    assert made[0].published == [True] and not made[0].is_registered

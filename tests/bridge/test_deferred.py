@@ -18,8 +18,8 @@ def advertise(local: str = "/t", md5sum: str = "1") -> Advertise:
     return Advertise(local, "a/B", md5sum, "", False)
 
 
-def message(body: bytes = b"x", local: str = "/t", publisher: int = 1) -> Publish:
-    return Publish(local, Source(*RED, publisher), body, True)
+def message(body: bytes = b"x", local: str = "/t", publisher: int = 1, expires: float | None = None) -> Publish:
+    return Publish(local, Source(*RED, publisher), body, True, expires)
 
 
 class Clock:
@@ -208,6 +208,61 @@ def test_a_change_of_a_topic_that_is_published() -> None:
     deferred.put(first)
     deferred.put(Withdraw("/t"))
     assert deferred.pop() == [Withdraw("/t")]
+
+
+def test_messages_do_not_wait_for_the_names_of_original_publishers() -> None:
+    """Whoever starts to publish `/cmd_vel` must not hold up the commands of others while the master is slow."""
+    deferred = after(advertise())
+    first, second = (SetOrigins("/t", (f"red:/{name}",)) for name in "ab")
+    deferred.put(first)
+    assert not deferred.hold(message())
+    assert deferred.pop() == [first] and not deferred.hold(message())
+    deferred.fail([first])
+    assert not deferred.hold(message())
+    deferred.put(second)
+    assert not deferred.hold(message()) and deferred.pop() == [second] and deferred.finish() == []
+
+    deferred.put(advertise())
+    assert deferred.hold(message(b"1")) and deferred.pop() == [advertise()]
+    deferred.put(first)
+    assert deferred.hold(message(b"2")), "it must not overtake the first one"
+    assert deferred.finish() == [message(b"1"), message(b"2")] and not deferred.hold(message(b"3"))
+
+
+def test_no_message_overtakes_those_that_wait_for_names_that_failed() -> None:
+    deferred = DeferredActions()
+    names = SetOrigins("/t", ("red:/a",))
+    deferred.put(advertise())
+    deferred.put(names)
+    assert deferred.hold(message(b"1")) and deferred.pop() == [advertise(), names]
+    deferred.fail([names])
+    assert deferred.hold(message(b"2"))
+    deferred.retry()
+    assert deferred.pop() == [names] and deferred.finish() == [message(b"1"), message(b"2")]
+    assert not deferred.hold(message(b"3"))
+
+
+def test_messages_that_got_too_old_while_they_waited_are_dropped() -> None:
+    now = [5.0]
+    deferred = DeferredActions(lambda: now[0])
+    deferred.put(advertise())
+    for number, expires in enumerate((5.5, None, 7.5)):
+        assert deferred.hold(message(b"%d" % number, publisher=number, expires=expires))
+    assert deferred.pop() == [advertise()]
+    now[0] = 7.0
+    assert [each.body for each in deferred.finish()] == [b"1", b"2"] and deferred.dropped == 1
+
+
+def test_old_messages_take_no_room_from_new_ones(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(module, "MAX_MESSAGES", 3)
+    now = [5.0]
+    deferred = DeferredActions(lambda: now[0])
+    deferred.put(advertise())
+    for number in range(100):
+        now[0] = 5.0 + number / 4
+        assert deferred.hold(message(b"%d" % number, expires=now[0] + 0.5))
+    assert deferred.pop() == [advertise()]
+    assert [each.body for each in deferred.finish()] == [b"97", b"98", b"99"] and deferred.dropped == 97
 
 
 def test_what_failed_is_tried_again_unless_something_else_is_wanted() -> None:

@@ -128,7 +128,8 @@ class BridgePublishers:
                 with self._make_publisher(topic.action, topic.origins) as passing:
                     passing.publish(AnyMsg(action.body))
                 return True
-        publisher.publish(AnyMsg(action.body))
+            # With the lock held, since another thread may replace the publisher; publishing never waits.
+            publisher.publish(AnyMsg(action.body))
         return True
 
     def forget(self, action: Forget) -> None:

@@ -2,17 +2,18 @@
 
 For each topic, only the net change is kept: whether to stop what exists, and what to start. Nothing is kept for a topic
 that was never started and is no longer wanted, so another site cannot fill this queue by changing its requests or
-making up names. Messages for a topic that is about to be published wait until it is.
+making up names. Messages for a topic that is about to be published wait until it is, unless they get too old meanwhile.
 """
 
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable
+from collections import deque
+from collections.abc import Callable, Iterable
 from itertools import chain
 from operator import itemgetter
-from time import monotonic
 
+from pyros1.bridge.clock import steady_now
 from pyros1.bridge.conversions.conversion import Conversion
 from pyros1.bridge.exchange.actions import Advertise, Forget, Publish, SetOrigins, Source, Subscribe, Withdraw
 
@@ -38,6 +39,11 @@ class _PendingActions:
         self.begin: Change | None = None
         self.change: SetOrigins | None = None
 
+    @property
+    def replaces_publisher(self) -> bool:
+        """Whether messages must wait: a topic's new original publishers alone do not affect them."""
+        return self.end is not None or self.begin is not None
+
     def actions(self) -> list[Change]:
         return [action for action in (self.end, self.begin, self.change) if action is not None]
 
@@ -46,13 +52,14 @@ class DeferredActions:
     """Actions queued for the master. May be used in several threads.
 
     Args:
-        clock: returns seconds.
+        clock: returns seconds; the messages' `expires` refers to it.
 
     Attributes:
-        dropped: how many messages were dropped because too many were waiting, or their topic was withdrawn.
+        dropped: how many messages were dropped because too many were waiting, they waited for too long, or their topic
+            was withdrawn.
     """
 
-    def __init__(self, clock: Callable[[], float] = monotonic) -> None:
+    def __init__(self, clock: Callable[[], float] = steady_now) -> None:
         self.dropped = 0
         self._clock = clock
         self._withdrawn_at: dict[_Key, float] = {}
@@ -62,7 +69,7 @@ class DeferredActions:
         self._busy: _Key | None = None
         self._popped = _PendingActions()  # the actions popped last
         self._begun: set[_Key] = set()  # topics that are or may be registered with the master
-        self._held: dict[str, dict[Source, list[tuple[int, Publish]]]] = {}  # by topic, with sequence numbers
+        self._held: dict[str, dict[Source, deque[tuple[int, Publish]]]] = {}  # by topic, with sequence numbers
         self._held_number = self._held_count = self._held_bytes = 0
         self._is_woken = False
 
@@ -88,28 +95,45 @@ class DeferredActions:
         """Return whether a topic is about to be published, changed or withdrawn; if so, hold a message until then. A
         `Forget` discards its source's held messages, and is never held itself.
         """
-        key, local = (False, action.local, None), action.local
+        local = action.local
         with self._changed:
-            if key not in self._pending and key not in self._failed and key != self._busy:
-                return False
             if isinstance(action, Forget):
-                gone = self._held.get(local, {}).pop(action.source, [])
+                gone = self._held.get(local, {}).pop(action.source, ())
                 self._count_waiting(-1, [message for _, message in gone])
                 return False
+            if local not in self._held and not self._must_wait(local):
+                return False
+            messages = self._held.setdefault(local, {}).setdefault(action.source, deque())
+            self._drop_expired(messages)
             if self._held_count and (
                 self._held_count >= MAX_MESSAGES or self._held_bytes + len(action.body) > MAX_BYTES
             ):
                 self.dropped += 1
             else:
                 self._held_number += 1
-                messages = self._held.setdefault(local, {}).setdefault(action.source, [])
                 messages.append((self._held_number, action))
                 self._count_waiting(1, [action])
             return True
 
-    def _count_waiting(self, sign: int, messages: list[Publish]) -> None:
-        self._held_count += sign * len(messages)
-        self._held_bytes += sign * sum(len(message.body) for message in messages)
+    def _must_wait(self, local: str) -> bool:
+        """Return whether messages of a topic must wait."""
+        key = (False, local, None)
+        if key == self._busy and self._popped.replaces_publisher:
+            return True
+        found = (self._pending.get(key), self._failed.get(key))
+        return any(pending is not None and pending.replaces_publisher for pending in found)
+
+    def _drop_expired(self, messages: deque[tuple[int, Publish]]) -> None:
+        """Drop the oldest messages of a source as far as they are too old, so that they take no room from new ones."""
+        now = self._clock() if messages else 0.0
+        while messages and _is_expired(messages[0][1], now):
+            self._count_waiting(-1, [messages.popleft()[1]])
+            self.dropped += 1
+
+    def _count_waiting(self, sign: int, messages: Iterable[Publish]) -> None:
+        for message in messages:
+            self._held_count += sign
+            self._held_bytes += sign * len(message.body)
 
     def _take_waiting(self, local: str) -> list[Publish]:
         held = sorted(chain.from_iterable(self._held.pop(local, {}).values()), key=itemgetter(0))
@@ -161,7 +185,7 @@ class DeferredActions:
             return True
 
     def finish(self) -> list[Publish]:
-        """Mark the popped actions as done, and return the messages that waited for them, in order."""
+        """Mark the popped actions as done, and return the messages that waited for them, in order, unless too old."""
         with self._changed:
             return self._finish()
 
@@ -173,9 +197,13 @@ class DeferredActions:
                 if len(self._withdrawn_at) >= _MAX_WITHDRAWN:
                     self._withdrawn_at.clear()
                 self._withdrawn_at[key] = self._clock()
-        if key is None or key[0] or key in self._pending:
+        if key is None or key[0] or self._must_wait(key[1]):
             return []
-        return self._take_waiting(key[1])
+        messages = self._take_waiting(key[1])
+        now = self._clock() if messages else 0.0
+        fresh = [message for message in messages if not _is_expired(message, now)]
+        self.dropped += len(messages) - len(fresh)
+        return fresh
 
     def fail(self, actions: list[Change]) -> None:
         """Record that some of the popped actions failed: `retry` queues them again, unless newer ones have superseded
@@ -211,6 +239,10 @@ class DeferredActions:
         with self._changed:
             self._is_woken = True
             self._changed.notify_all()
+
+
+def _is_expired(message: Publish, now: float) -> bool:
+    return message.expires is not None and now > message.expires
 
 
 def _is_start(action: Change) -> bool:

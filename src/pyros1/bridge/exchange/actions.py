@@ -113,12 +113,14 @@ class Publish(NamedTuple):
         source: the original publisher.
         body: the encoded message.
         latched: whether it is kept for later subscribers, as its source's last message.
+        expires: time by the site's clock after which it is too old to be published; None: never.
     """
 
     local: str
     source: Source
     body: bytes
     latched: bool
+    expires: float | None = None
 
 
 class Forget(NamedTuple):

@@ -42,7 +42,9 @@ def deliver(
         if body is None:
             actions += outputs.forget(local, source)
             continue
-        if reason := _reason_to_drop(incoming, head, len(body), clock, now):
+        is_latched = bool(head.flags & Flag.LATCHED) and incoming.offered.latched
+        age = clock.age(head.received_at, now)
+        if reason := _reason_to_drop(incoming, head, len(body), is_latched, age, now):
             incoming.flow.drop(reason)
             continue
         try:
@@ -51,21 +53,21 @@ def deliver(
             incoming.flow.drop(DropReason.DAMAGED)
             continue
         incoming.flow.count(len(body))
-        is_latched = bool(head.flags & Flag.LATCHED) and outputs.is_latched(local)
-        if is_latched:
+        max_age = incoming.settings.max_age(is_latched)
+        expires = None if age is None or max_age is None else now + max_age - age
+        is_kept = is_latched and outputs.is_latched(local)
+        if is_kept:
             outputs.hold(local, source)
-        actions.append(Publish(local, source, body, is_latched))
+        actions.append(Publish(local, source, body, is_kept, expires))
     return actions
 
 
 def _reason_to_drop(
-    incoming: IncomingTopic, head: MessageHead, size: int, clock: ClockOffset, now: float
+    incoming: IncomingTopic, head: MessageHead, size: int, is_latched: bool, age: float | None, now: float
 ) -> str | None:
     settings = incoming.settings
     if size > settings.max_size:
         return DropReason.SIZE
-    is_latched = bool(head.flags & Flag.LATCHED) and incoming.offered.latched
-    age = clock.age(head.received_at, now)
     max_age = settings.max_age(is_latched)
     if max_age is not None and (age is None or age > max_age):
         return DropReason.OLD
