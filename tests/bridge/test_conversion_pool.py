@@ -46,8 +46,8 @@ class ConversionSink:
         scan = decode(LaserScan, pending.received.body)
         self.events.put(("sent", source[0], pending.received.publisher, scan.scan_time, scan.ranges, pending.at))
 
-    def drop(self, source: Source, reason: str) -> None:
-        self.events.put(("dropped", source[0], reason))
+    def drop(self, source: Source, publisher: str, reason: str) -> None:
+        self.events.put(("dropped", source[0], publisher, reason))
 
     def next(self) -> tuple[Any, ...]:
         return self.events.get(timeout=PATIENCE)
@@ -97,7 +97,7 @@ def test_only_the_newest_of_each_publisher_waits(pool: ConversionPool, sink: Con
     for number in (2, 3, 4):
         pool.put(SCAN, pending(number))
     pool.put(SCAN, pending(9, "/second"))
-    assert [sink.next() for _ in range(2)] == [("dropped", "/scan", DropReason.OVERTAKEN)] * 2
+    assert [sink.next() for _ in range(2)] == [("dropped", "/scan", "/laser", DropReason.OVERTAKEN)] * 2
     assert sink.events.empty(), "one source is converted by one thread at a time"
     sink.gate.set()
     assert [sink.next()[2:4] for _ in range(3)] == [("/laser", 1.0), ("/laser", 4.0), ("/second", 9.0)]
@@ -122,7 +122,7 @@ def test_what_is_not_wanted_is_not_converted(pool: ConversionPool, sink: Convers
 
 def test_what_cannot_be_converted(pool: ConversionPool, sink: ConversionSink) -> None:
     pool.put(SCAN, pending(1, received=ReceivedMessage("/laser", LaserScan._md5sum, False, b"nonsense")))
-    assert sink.next() == ("dropped", "/scan", DropReason.UNCONVERTED)
+    assert sink.next() == ("dropped", "/scan", "/laser", DropReason.UNCONVERTED)
     assert {*pool.problems} == {"/scan"}
     pool.put(SCAN, pending(2))
     assert sink.next()[0] == "sent"
@@ -131,9 +131,9 @@ def test_what_cannot_be_converted(pool: ConversionPool, sink: ConversionSink) ->
 
 def test_another_type(pool: ConversionPool, sink: ConversionSink) -> None:
     pool.put(SCAN, pending(1, type="std_msgs/String"))
-    assert sink.next() == ("dropped", "/scan", DropReason.TYPE)
+    assert sink.next() == ("dropped", "/scan", "/laser", DropReason.TYPE)
     pool.put(SCAN, pending(2, received=ReceivedMessage("/laser", "0" * 32, False, b"")))
-    assert sink.next() == ("dropped", "/scan", DropReason.TYPE)
+    assert sink.next() == ("dropped", "/scan", "/laser", DropReason.TYPE)
 
 
 def test_too_many_publishers(pool: ConversionPool, sink: ConversionSink) -> None:
@@ -142,7 +142,7 @@ def test_too_many_publishers(pool: ConversionPool, sink: ConversionSink) -> None
     assert sink.asked.get(timeout=PATIENCE) == 1
     for number in range(101):
         pool.put(SCAN, pending(2, f"/laser{number}"))
-    assert sink.next() == ("dropped", "/scan", DropReason.PUBLISHERS)
+    assert sink.next() == ("dropped", "/scan", "/laser100", DropReason.PUBLISHERS)
     assert sink.events.empty()
 
 
@@ -180,7 +180,7 @@ def test_a_topic_that_is_wanted_again_before_its_turn(pool: ConversionPool, sink
 
 def test_problems_of_topics_that_are_not_wanted_any_more(pool: ConversionPool, sink: ConversionSink) -> None:
     pool.put(SCAN, pending(1, received=ReceivedMessage("/laser", LaserScan._md5sum, False, b"nonsense")))
-    assert sink.next() == ("dropped", "/scan", DropReason.UNCONVERTED)
+    assert sink.next() == ("dropped", "/scan", "/laser", DropReason.UNCONVERTED)
     pool.stop(SCAN)
     assert not pool.problems
 

@@ -51,8 +51,8 @@ class ConversionSink(Protocol):
         """Handle a message that has been converted."""
         ...
 
-    def drop(self, source: Source, reason: str) -> None:
-        """Count a message that is dropped."""
+    def drop(self, source: Source, publisher: str, reason: str) -> None:
+        """Handle that a publisher's message is dropped, and count it."""
         ...
 
 
@@ -119,7 +119,7 @@ class ConversionPool:
                 work.pending[publisher] = pending
             self._enqueue(source, work)
         if problem:
-            self._sink.drop(source, problem)
+            self._sink.drop(source, publisher, problem)
 
     def _enqueue(self, source: Source, work: _Work) -> None:
         """Assign a thread to a source, unless it has one."""
@@ -159,7 +159,7 @@ class ConversionPool:
         try:
             new_type = converted_type(conversion, pending.type, received.md5sum)
             if new_type is None:
-                self._sink.drop(source, DropReason.TYPE)
+                self._sink.drop(source, received.publisher, DropReason.TYPE)
                 return
             if work.converter is None or work.type != pending.type:
                 work.converter, work.type = Converter(conversion, pending.type), pending.type
@@ -172,7 +172,7 @@ class ConversionPool:
             with self._has_work:
                 if self._works.get(source) is work:
                     self.problems[topic] = str(error)
-            self._sink.drop(source, DropReason.UNCONVERTED)
+            self._sink.drop(source, received.publisher, DropReason.UNCONVERTED)
             return
         if self.problems:
             with self._has_work:

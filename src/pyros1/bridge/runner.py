@@ -358,10 +358,9 @@ class Bridge:
         with self._lock:
             self._act(self._site.on_message(local, pending.received, pending.is_bridged, pending.at, conversion))
 
-    def drop(self, source: Source, reason: str) -> None:
+    def drop(self, source: Source, publisher: str, reason: str) -> None:
         """See `pyros1.bridge.conversion_pool.ConversionSink`."""
-        with self._lock:
-            self._site.topic_sender.drop(*source, reason)
+        self._do_next(lambda now: self._site.topic_sender.drop(*source, publisher, reason, now))
 
     # Shutdown ---------------------------------------------------------------------------------------------------------
 

@@ -113,6 +113,17 @@ def test_latched_messages_are_held() -> None:
     assert isinstance(resend, NumberedMessage) and resend.head.publisher == 4
 
 
+def test_a_latched_message_that_is_withdrawn() -> None:
+    topic = make(latched=True, rate=1.0)
+    topic.take(message(b"1", latched=True), 0.0)
+    topic.take(message(b"2", latched=True), 0.1)  # it waits for the rate
+    (note,) = topic.withdraw_latched("/a", 0.2)
+    assert note.head[2:6] == (2, 1, 0.2, Flag.LEFT) and topic.latched_list() == ([], (TOPIC, 2, {}))
+    assert topic.withdraw_latched("/a", 0.3) == [] and topic.due(5.0) == []
+    assert number(topic.take(message(b"3", latched=True), 6.0)) == 3
+    assert [each.body for each in topic.latched_list()[0]] == [b"3"]
+
+
 def test_publishers_that_are_gone() -> None:
     topic = make(latched=True)
     topic.take(message(publisher="/a"), 1.0)

@@ -300,6 +300,17 @@ def test_latched_messages_may_be_old_but_others_of_their_topic_not(liar: Liar) -
     assert len(only(Publish, liar.message(3))) == 1
 
 
+def test_a_latched_message_is_forgotten_if_the_next_one_is_too_large_here() -> None:
+    """Later subscribers must not get an old map as the current one."""
+    liar = Liar(Site(rules("take: [{topic: 'red:/odom', size: 10}]"), OWN, 0.0))
+    wanted(liar, offered(latched=True))
+    source = Source("red", ODOM, 1)
+    assert only(Publish, liar.message(1, bytes(10), flags=Flag.LATCHED))
+    assert liar.message(2, bytes(11), flags=Flag.LATCHED) == [Forget("/red/odom", source)]
+    assert [each.source for each in only(Publish, liar.message(3, bytes(9), flags=Flag.LATCHED))] == [source]
+    assert liar.message(4, flags=Flag.LEFT) == [Forget("/red/odom", source)]
+
+
 def test_commands_are_never_latched(liar: Liar) -> None:
     """Who commands by hand latches (`rostopic pub`). After an outage, that must not be carried out again."""
     command = offered(SharedName("base", "/cmd_vel"), type="geometry_msgs/Twist", md5sum=TWIST._md5sum, latched=True)

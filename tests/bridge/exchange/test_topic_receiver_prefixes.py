@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 from tests.bodies import decode, encode
 
-from pyros1.bridge.exchange.actions import Action, Publish
+from pyros1.bridge.exchange.actions import Action, Forget, Publish, Source
 from pyros1.bridge.exchange.outgoing import DropReason
 from pyros1.bridge.exchange.site import Site
 from pyros1.bridge.names import SharedName
@@ -49,10 +49,13 @@ class Taking:
         self.site.set_subscribed([local], self.now)
         self.now += 0.5
 
-    def message(self, name: str, cls: Any, body: bytes, number: int = 1, flags: int = 0) -> list[Publish]:
+    def packet(self, name: str, cls: Any, body: bytes, number: int = 1, flags: int = 0) -> list[Action]:
         head = packets.encode_message_head(MessageHead(22, 0, number, 1, self.now, flags, cls._md5sum))
         key = Key("red", Channel.TOPIC, "", SharedName("red", name))
-        return [each for each in self.site.on_packet(key, head, body, self.now) if isinstance(each, Publish)]
+        return self.site.on_packet(key, head, body, self.now)
+
+    def message(self, name: str, cls: Any, body: bytes, number: int = 1, flags: int = 0) -> list[Publish]:
+        return [each for each in self.packet(name, cls, body, number, flags) if isinstance(each, Publish)]
 
 
 def test_frames_of_topics_that_are_taken() -> None:
@@ -79,6 +82,14 @@ def test_messages_that_are_damaged_are_dropped() -> None:
     assert taking.message("/point", POINT, b"short") == []
     (received,) = taking.site.received_topics()
     assert received.flow.drops == {DropReason.DAMAGED: 1} and received.flow.messages == 0
+
+
+def test_latched_frames_do_not_stay_if_the_next_message_is_damaged() -> None:
+    taking = Taking("take: [{topic: 'red:/tf_static', here: /tf_static, prefix_frames: red}]")
+    taking.offer("/tf_static", TF, "/tf_static", latched=True)
+    taking.message("/tf_static", TF, encode(TF()), flags=Flag.LATCHED)
+    forget = Forget("/tf_static", Source("red", SharedName("red", "/tf_static"), 1))
+    assert forget in taking.packet("/tf_static", TF, b"short", 2, Flag.LATCHED)
 
 
 def test_a_topic_without_definition_is_refused_if_its_frames_need_a_prefix() -> None:

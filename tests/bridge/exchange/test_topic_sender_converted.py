@@ -123,8 +123,8 @@ def test_what_came_over_a_bridge_is_not_converted() -> None:
     machine = sending("send: [{topic: /camera, convert: jpeg}]", CAMERA)
     machine.set_requests("base", [Request(COMPRESSED, 0.0)], 0.0)
     assert not machine.would_send("/camera", JPEG, raw(), True, 0.0)
-    machine.drop("/camera", JPEG, DropReason.UNCONVERTED)
-    machine.drop("/unknown", JPEG, DropReason.UNCONVERTED)
+    assert machine.drop("/camera", JPEG, "/driver", DropReason.UNCONVERTED, 0.0) == []
+    assert machine.drop("/unknown", JPEG, "/driver", DropReason.UNCONVERTED, 0.0) == []
     assert drops(machine) == {DropReason.BRIDGED: 1, DropReason.UNCONVERTED: 1}
 
 
@@ -152,6 +152,17 @@ def test_latched_images_are_kept_converted() -> None:
     assert [each.body for each in sends(machine.tick(1.0))] == [b"2"]
     later = sends(machine.set_requests("blue", [Request(COMPRESSED, 0.0)], 2.0))
     assert later[0].body == b"2" and decode_message_head(later[0].head).flags == Flag.LATCHED
+
+
+def test_a_latched_image_does_not_stay_if_the_next_one_cannot_be_converted() -> None:
+    machine = sending("send: [{topic: /camera, convert: jpeg}]", CAMERA._replace(latched=True))
+    machine.set_requests("base", [Request(COMPRESSED, 0.0)], 0.0)
+    machine.on_message("/camera", converted(b"old", latched=True), False, 0.0, JPEG)
+    assert machine.drop("/camera", JPEG, "/driver", DropReason.OVERTAKEN, 1.0) == [], "a newer one is being converted"
+    (note,) = sends(machine.drop("/camera", JPEG, "/driver", DropReason.UNCONVERTED, 2.0))
+    assert decode_message_head(note.head).flags == Flag.LEFT
+    later = sends(machine.set_requests("blue", [Request(COMPRESSED, 0.0)], 3.0))
+    assert [each.key for each in later] == ["to/blue"], "there is only the list of latched messages, which is empty"
 
 
 def test_videos_are_reliable_and_begin_anew_for_each_site() -> None:

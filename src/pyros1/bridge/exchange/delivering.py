@@ -44,13 +44,16 @@ def deliver(
             continue
         is_latched = bool(head.flags & Flag.LATCHED) and incoming.offered.latched
         age = clock.age(head.received_at, now)
-        if reason := _reason_to_drop(incoming, head, len(body), is_latched, age, now):
+        reason = _reason_to_drop(incoming, head, len(body), is_latched, age, now)
+        if reason is None:
+            try:
+                body = incoming.prefixer.change(body)  # noqa: PLW2901 - with prefixes, if a rule asks for them
+            except MessageError:
+                reason = DropReason.DAMAGED
+        if reason is not None:
             incoming.flow.drop(reason)
-            continue
-        try:
-            body = incoming.prefixer.change(body)  # noqa: PLW2901 - with prefixes, if a rule asks for them
-        except MessageError:
-            incoming.flow.drop(DropReason.DAMAGED)
+            if is_latched:  # later subscribers must not get the source's earlier message as the current one
+                actions += outputs.forget(local, source)
             continue
         incoming.flow.count(len(body))
         max_age = incoming.settings.max_age(is_latched)

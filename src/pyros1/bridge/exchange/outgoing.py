@@ -197,16 +197,24 @@ class OutgoingTopic:
         """Remove publishers; return notices that those with latched messages are gone."""
         notes = []
         for name in gone:
+            notes += self.withdraw_latched(name, now)
             self._due.pop(name, None)
-            self._waiting.pop(name, None)
-            number = self._publishers.pop(name, None)
+            self._publishers.pop(name, None)
             self._first_received_at.pop(name, None)
-            latched = self._latched.pop(name, None)
-            if number is not None and latched is not None and self.offered.latched:
-                self.last += 1
-                head = MessageHead(self._epoch, 0, self.last, number, now, Flag.LEFT, self.offered.md5sum)
-                notes.append(NumberedMessage(head, b""))
         return notes
+
+    def withdraw_latched(self, publisher: str, now: float) -> list[NumberedMessage]:
+        """Discard a publisher's latched message, which is no longer valid: the publisher is gone, or its next message
+        cannot be sent. Return the notice to send to other sites, if they may have the message.
+        """
+        self._waiting.pop(publisher, None)
+        latched = self._latched.pop(publisher, None)
+        if latched is None or not self.offered.latched:
+            return []
+        self.last += 1
+        number = latched.head.publisher
+        head = MessageHead(self._epoch, 0, self.last, number, now, Flag.LEFT, self.offered.md5sum)
+        return [NumberedMessage(head, b"")]
 
     def gone_publishers(self, registered: Collection[str], asked_at: float) -> list[str]:
         """Return the publishers that have sent messages, but are gone.

@@ -260,9 +260,29 @@ class TopicSender:
         self._drop(requested, DropReason.BRIDGED if is_bridged else DropReason.RATE)
         return False
 
-    def drop(self, local: str, conversion: Conversion, reason: str) -> None:
-        """Count a message that was not converted."""
-        self._drop(self._by_local.get((local, conversion), ()), reason)
+    def drop(self, local: str, conversion: Conversion, publisher: str, reason: str, now: float) -> list[Action]:
+        """Count a message that was not converted, and return the packets to send.
+
+        Args:
+            local: the topic's name on this site's master.
+            conversion: the conversion.
+            publisher: who published it.
+            reason: why it was not converted.
+            now: the current time in seconds.
+        """
+        actions: list[Action] = []
+        for sent in self._by_local.get((local, conversion), ()):
+            actions += self._drop_message(sent, publisher, reason, now)
+        return actions
+
+    def _drop_message(self, sent: _Sent, publisher: str, reason: str, now: float) -> list[Send]:
+        """Count a message that is dropped. Its publisher's latched message is then outdated, unless a newer one will
+        replace it.
+        """
+        sent.flow.drop(reason)
+        if reason in (DropReason.RATE, DropReason.OVERTAKEN):
+            return []
+        return [packet for note in sent.topic.withdraw_latched(publisher, now) for packet in self._send(sent, note)]
 
     def _drop(self, sent_topics: Iterable[_Sent], reason: str) -> None:
         for sent in sent_topics:
@@ -291,7 +311,7 @@ class TopicSender:
                 continue
             message = DropReason.BRIDGED if is_bridged else sent.topic.take(received, now)
             if isinstance(message, str):
-                sent.flow.drop(message)
+                actions += self._drop_message(sent, received.publisher, message, now)
             else:
                 actions += self._send(sent, message)
         return actions
