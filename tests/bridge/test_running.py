@@ -280,6 +280,24 @@ def test_the_loss_of_the_router_and_its_return(pair: tuple[RunningSite, RunningS
     subscriber.receives("after")
 
 
+def test_a_latched_cancellation_is_not_carried_out_again(make_site: MakeSite, endpoint: str) -> None:
+    """`rostopic pub` latches it, and is often left running."""
+    base = make_site("base", "take: [/cancel]", (), (endpoint,))
+    red = make_site("red", "send: ['base:/cancel']", (endpoint,))
+    cancel: Any = red.node.advertise("/base/cancel", "actionlib_msgs/GoalID", latch=True)
+    subscriber = QueuedSubscriber(base.node, "/cancel", "actionlib_msgs/GoalID")
+    cancel.publish(id="1")
+    assert subscriber.get().id == "1", "it comes, although it was published before the bridge subscribed"
+    late = QueuedSubscriber(base.make_node("late"), "/cancel", "actionlib_msgs/GoalID")
+    base.bridge_node.shutdown()
+    wait_until(lambda: subscriptions(cancel) == 0, "red notes that base has left")
+    base.restart_bridge()
+    wait_for_subscribers(cancel)
+    wait_until(lambda: _sent(red, "/base/cancel")["dropped"] == {"repeated": 1}, "red's bridge gets it again")
+    cancel.publish(id="2")
+    assert subscriber.get().id == "2" and late.get().id == "2"
+
+
 ROUTER = """
 import sys
 from pyros1.bridge.transport.zenoh_link import ZenohLink

@@ -310,6 +310,7 @@ class Bridge:
                 self._node.log.peer_event(WARN, "cannot ask the master for topics: %s", str(error).replace("\n", " "))
             return
         with self._lock:
+            self._site.topic_sender.set_registered(self._graph.state.publishers, asked_at)
             self._act(self._site.set_topics(topics, asked_at, steady_now()))
             wanted = [
                 name for topic, local, _ in self._site.sent_topics() if topic.requests for name in local.publishers

@@ -40,6 +40,7 @@ from pyros1.msgs import load_message
 
 STRING: Any = load_message("std_msgs/String")
 TWIST: Any = load_message("geometry_msgs/Twist")
+GOAL: Any = load_message("actionlib/TestActionGoal")
 OWN, THEIR = 11, 22
 ODOM = SharedName("red", "/odom")
 
@@ -311,28 +312,35 @@ def test_a_latched_message_is_forgotten_if_the_next_one_is_too_large_here() -> N
     assert liar.message(4, flags=Flag.LEFT) == [Forget("/red/odom", source)]
 
 
-def test_commands_are_never_latched(liar: Liar) -> None:
+@pytest.mark.parametrize(
+    ("cls", "settings"),
+    [(TWIST, ""), (GOAL, ""), (load_message("actionlib_msgs/GoalID"), ""), (STRING, ", age: 9")],
+    ids=["command", "goal", "cancel", "age in the rule"],
+)
+def test_commands_are_never_latched(cls: Any, settings: str) -> None:
     """Who commands by hand latches (`rostopic pub`). After an outage, that must not be carried out again."""
-    command = offered(SharedName("base", "/cmd_vel"), type="geometry_msgs/Twist", md5sum=TWIST._md5sum, latched=True)
+    liar = Liar(Site(rules(f"take: [{{topic: /cmd, here: /cmd{settings}}}]"), OWN, 0.0))
+    command = offered(SharedName("base", "/cmd"), type=cls._type, md5sum=cls._md5sum, latched=True, reliable=True)
     liar.meet()
     liar.offer(command)
-    assert [each.latched for each in only(Advertise, liar.define(TWIST._type, TWIST._md5sum, TWIST._full_text))] == [
-        False
-    ]
-    liar.take(liar.site.set_subscribed(["/cmd_vel"], liar.now))
+    assert [each.latched for each in only(Advertise, liar.define(cls._type, cls._md5sum, cls._full_text))] == [False]
+    liar.take(liar.site.set_subscribed(["/cmd"], liar.now))
     liar.now += 0.5
     liar.heartbeat()
-    message: Any = {"topic": command.topic, "md5sum": TWIST._md5sum, "flags": Flag.LATCHED}
+    message: Any = {"topic": command.topic, "md5sum": cls._md5sum, "flags": Flag.LATCHED}
     assert [each.latched for each in only(Publish, liar.message(1, **message))] == [False]
-    assert only(Publish, liar.message(2, received_at=liar.now + 5000 - 1, **message)) == []
+    assert only(Publish, liar.message(2, received_at=liar.now + 5000 - 31, **message)) == []
+    assert not only(Publish, liar.message(3, b"", **message | {"flags": Flag.LEFT}))
+    assert only(Publish, liar.message(5, **message)), "the other site would not send message 4 again"
 
 
 def test_commands_are_not_offered_as_latched() -> None:
-    site = Site(rules("{send: [red:/cmd_vel, /map]}"), OWN, 0.0)
+    site = Site(rules("{send: [red:/cmd_vel, red:/goal, red:/cancel, /map, {topic: /plan, age: 9}]}"), OWN, 0.0)
     liar = Liar(site)
+    cancel: Any = load_message("actionlib_msgs/GoalID")
+    types = {"/red/cmd_vel": TWIST, "/red/goal": GOAL, "/red/cancel": cancel, "/map": STRING, "/plan": STRING}
     topics = [
-        LocalTopic(name, cls._type, cls._md5sum, cls._full_text, True, ("/publisher",))
-        for name, cls in (("/red/cmd_vel", TWIST), ("/map", STRING))
+        LocalTopic(name, cls._type, cls._md5sum, cls._full_text, True, ("/publisher",)) for name, cls in types.items()
     ]
     liar.take(site.set_topics(topics, liar.now, liar.now))
     liar.meet()
@@ -343,7 +351,8 @@ def test_commands_are_not_offered_as_latched() -> None:
         if packets.decode_head(action.head).kind is Kind.OFFER
         for entry in packets.decode_offer(action.body).entries
     ]
-    assert {(each.topic.name, each.latched) for each in offers} == {("/cmd_vel", False), ("/map", True)}
+    assert {each.topic.name for each in offers} == {"/cmd_vel", "/goal", "/cancel", "/map", "/plan"}
+    assert {each.topic.name for each in offers if each.latched} == {"/map"}
 
 
 def test_what_was_sent_before_it_was_wanted_is_dropped(liar: Liar) -> None:

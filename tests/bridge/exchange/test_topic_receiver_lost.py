@@ -30,7 +30,7 @@ MAP, GOAL = SharedName("red", "/map"), SharedName("red", "/goal")
 
 @pytest.fixture
 def red() -> Liar:
-    return Liar(Site(rules("{take: [{topic: 'red:**', age: 9}]}"), OWN, 0.0))
+    return Liar(Site(rules("take: [{topic: 'red:/odom', age: 9}, 'red:**']"), OWN, 0.0))
 
 
 def lose(red: Liar) -> list[Action]:
@@ -83,6 +83,18 @@ def test_latched_messages_are_published_again(red: Liar) -> None:
     red.heartbeat()
     red.take(red.site.set_subscribed(["/red/map"], red.now))
     assert [each.latched for each in only(Publish, red.message(1, topic=MAP, flags=Flag.LATCHED))] == [True]
+
+
+def test_what_never_counts_as_latched_is_not_published_again() -> None:
+    """A cancellation from before an outage must not end what was begun after it."""
+    red = Liar(Site(rules("take: [{topic: 'red:/map', age: 9}]"), OWN, 0.0))
+    wanted(red, offered(MAP, latched=True))
+    assert [each.latched for each in only(Publish, red.message(1, topic=MAP, flags=Flag.LATCHED))] == [False]
+    lose(red)
+    red.heartbeat()
+    red.take(red.site.set_subscribed(["/red/map"], red.now))
+    assert not only(Publish, red.message(1, topic=MAP, flags=Flag.LATCHED))
+    assert only(Publish, red.message(2, topic=MAP, flags=Flag.LATCHED))
 
 
 def test_who_does_not_subscribe_again_wants_nothing_any_more(red: Liar) -> None:

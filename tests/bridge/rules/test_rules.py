@@ -90,26 +90,33 @@ def test_two_rules_for_a_topic_give_the_settings_of_the_first() -> None:
 
 
 @pytest.mark.parametrize(
-    ("type_name", "priority", "reliable", "age"),
+    ("type_name", "priority", "reliable", "age", "may_latch"),
     [
-        ("std_msgs/String", Priority.NORMAL, False, NEWEST_AGE),
-        ("geometry_msgs/Twist", Priority.URGENT, False, 0.5),
-        ("sensor_msgs/Image", Priority.LOW, False, NEWEST_AGE),
-        ("move_base_msgs/MoveBaseActionGoal", Priority.HIGH, True, RELIABLE_AGE),
-        ("tf2_msgs/TFMessage", Priority.NORMAL, True, NEWEST_AGE),
+        ("std_msgs/String", Priority.NORMAL, False, NEWEST_AGE, True),
+        ("geometry_msgs/Twist", Priority.URGENT, False, 0.5, False),
+        ("sensor_msgs/Image", Priority.LOW, False, NEWEST_AGE, True),
+        ("move_base_msgs/MoveBaseActionGoal", Priority.HIGH, True, RELIABLE_AGE, False),
+        ("move_base_msgs/MoveBaseActionResult", Priority.HIGH, True, RELIABLE_AGE, True),
+        ("actionlib_msgs/GoalID", Priority.HIGH, True, RELIABLE_AGE, False),
+        ("tf2_msgs/TFMessage", Priority.NORMAL, True, NEWEST_AGE, True),
     ],
 )
-def test_settings_by_type(type_name: str, priority: Priority, reliable: bool, age: float) -> None:
+def test_settings_by_type(type_name: str, priority: Priority, reliable: bool, age: float, may_latch: bool) -> None:
     settings = Rule(Pattern("/x")).settings("/x", type_name)
-    assert settings[:7] == ("/x", None, DEFAULT_MAX_SIZE, priority, reliable, age, None)
-    assert [settings.max_age(is_latched) for is_latched in (False, True)] == [age, None]
+    assert settings[:7] == ("/x", None, DEFAULT_MAX_SIZE, priority, reliable, age, may_latch)
 
 
 def test_settings_of_a_rule_win() -> None:
     rule = Rule(Pattern("/x"), "", (), 5.0, 1000, Priority.BACKGROUND, True, 7.0)
     settings = rule.settings("/y", "geometry_msgs/Twist")
-    assert settings[:7] == ("/y", 5.0, 1000, Priority.BACKGROUND, True, 7.0, 7.0)
-    assert settings.max_age(is_latched=True) == 7.0
+    assert settings[:7] == ("/y", 5.0, 1000, Priority.BACKGROUND, True, 7.0, False)
+
+
+def test_a_topic_with_a_maximum_age_is_not_latched() -> None:
+    assert [Rule(Pattern("/x"), age=age).settings("/x", "std_msgs/String").may_latch for age in (None, 7.0)] == [
+        True,
+        False,
+    ]
 
 
 def test_names_that_would_be_too_long() -> None:

@@ -39,7 +39,7 @@ def deliver(
     local = incoming.settings.local
     for head, body in deliveries:
         source = Source(*feed, head.publisher)
-        if body is None:
+        if body is None or head.flags & Flag.LEFT:  # it may come even if this site does not count the topic as latched
             actions += outputs.forget(local, source)
             continue
         is_latched = bool(head.flags & Flag.LATCHED) and incoming.offered.latched
@@ -56,8 +56,7 @@ def deliver(
                 actions += outputs.forget(local, source)
             continue
         incoming.flow.count(len(body))
-        max_age = incoming.settings.max_age(is_latched)
-        expires = None if age is None or max_age is None else now + max_age - age
+        expires = None if is_latched or age is None else now + incoming.settings.age - age
         is_kept = is_latched and outputs.is_latched(local)
         if is_kept:
             outputs.hold(local, source)
@@ -71,10 +70,11 @@ def _reason_to_drop(
     settings = incoming.settings
     if size > settings.max_size:
         return DropReason.SIZE
-    max_age = settings.max_age(is_latched)
-    if max_age is not None and (age is None or age > max_age):
+    if is_latched:
+        return None
+    if age is None or age > settings.age:
         return DropReason.OLD
     # An earlier run of this site may have delivered messages sent before this run wanted the topic.
-    if not is_latched and (age is None or age > now - incoming.wanted_since + _EARLY_TOLERANCE):
+    if age > now - incoming.wanted_since + _EARLY_TOLERANCE:
         return DropReason.EARLY
-    return None if is_latched else incoming.reason_to_limit(head.publisher, now)
+    return incoming.reason_to_limit(head.publisher, now)

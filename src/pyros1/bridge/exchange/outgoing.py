@@ -116,8 +116,16 @@ class OutgoingTopic:
         """Whether heartbeats contain the number of the last message, so that receivers notice what they missed."""
         return self.offered.latched or self.offered.reliable
 
-    def take(self, received: ReceivedMessage, now: float) -> NumberedMessage | str:
-        """Return a message with its number, to be sent to all sites that want the topic; or why it is dropped."""
+    def take(self, received: ReceivedMessage, now: float, is_repeated: bool = False) -> NumberedMessage | str:
+        """Return a message with its number, to be sent to all sites that want the topic; or why it is dropped.
+
+        Args:
+            received: the message.
+            now: the current time in seconds.
+            is_repeated: whether its publisher has sent it again because it is latched; a command is then dropped.
+        """
+        if is_repeated and not self.settings.may_latch:
+            return DropReason.REPEATED
         if received.md5sum != self.offered.md5sum:
             return DropReason.TYPE
         if len(received.body) > self.settings.max_size:
@@ -164,7 +172,7 @@ class OutgoingTopic:
         flags = Flag.LATCHED if received.latched and self.offered.latched else 0
         head = MessageHead(self._epoch, 0, self.last, publisher, now, flags, received.md5sum)
         message = NumberedMessage(head, received.body)
-        if received.latched:  # even if the topic does not count as latched yet
+        if received.latched and self.settings.may_latch:  # even if the topic does not count as latched yet
             latched_head = head._replace(flags=Flag.LATCHED)
             self._latched[received.publisher] = NumberedMessage(latched_head, received.body)
         if self.offered.reliable and not self.offered.latched:

@@ -90,7 +90,7 @@ class TopicPackets:
 
 
 def _of_message(topic: OutgoingTopic, message: NumberedMessage, key: str, head: MessageHead) -> Send:
-    age = topic.settings.max_age(is_latched=bool(head.flags & (Flag.LATCHED | Flag.LEFT)))
+    never_expires = bool(head.flags & (Flag.LATCHED | Flag.LEFT))
     is_lossless = topic.is_lossless
     return Send(
         key,
@@ -99,5 +99,5 @@ def _of_message(topic: OutgoingTopic, message: NumberedMessage, key: str, head: 
         topic.settings.priority,
         None if is_lossless else head.publisher,
         not is_lossless,
-        None if age is None else head.received_at + age,
+        None if never_expires else head.received_at + topic.settings.age,
     )

@@ -40,7 +40,7 @@ from pyros1.bridge.protocol.packets import (
     encode_resend_request,
 )
 from pyros1.bridge.rules.namespaces import LocalNamespaces
-from pyros1.bridge.rules.rules import Rules, Settings, is_command
+from pyros1.bridge.rules.rules import Rules, Settings
 
 MAX_TOPICS = 2_000
 """Maximum number of another site's topics that are published on this site's master, where each must be registered."""
@@ -122,8 +122,6 @@ class TopicReceiver:
         self._refused = {feed: reason for feed, reason in self._refused.items() if feed[0] != peer}
         count, conflict = 0, ""
         for offered in offers:
-            if is_command(offered.type):
-                offered = offered._replace(latched=False)  # noqa: PLW2901 - the other site's claim is not trusted
             feed = (peer, offered.topic)
             rule = self._rules.incoming(offered.topic, peer)
             if isinstance(rule, str):
@@ -140,12 +138,15 @@ class TopicReceiver:
                 self._refused[feed] = (offered.type, problem)
                 continue
             count += 1
+            settings = rule.settings(local, offered.type)
+            if offered.latched and not settings.may_latch:
+                # Missed messages would not be resent either, since the other site keeps only latched ones.
+                offered = offered._replace(latched=False, reliable=False)  # noqa: PLW2901
             before = old.get(feed)
             if before is not None and before.offered._replace(publishers=offered.publishers) == offered:
                 self._incoming[feed] = before
                 before.offered = offered
             else:
-                settings = rule.settings(local, offered.type)
                 nodes = self._rules.prefix(offered.topic.site)
                 prefixer = Prefixer(settings.prefix_frames, settings.keep_frames, nodes)
                 stream = self._stream(feed, offered, settings)

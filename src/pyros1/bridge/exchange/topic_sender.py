@@ -6,13 +6,14 @@ topics that only bridges publish are not offered, and messages from bridges are 
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from itertools import chain, islice
 from typing import NamedTuple
 
 from pyros1.bridge.conversions.conversion import Conversion, MessageType
 from pyros1.bridge.exchange.actions import Action, RestartConversion, Send, Subscribe
 from pyros1.bridge.exchange.answer_limits import AnswerLimits
+from pyros1.bridge.exchange.latched_repeats import LatchedRepeats, Source
 from pyros1.bridge.exchange.outgoing import DropReason, NumberedMessage, OutgoingTopic, ReceivedMessage
 from pyros1.bridge.exchange.topic_packets import TopicPackets
 from pyros1.bridge.names import SharedName, is_topic_name
@@ -25,7 +26,7 @@ from pyros1.bridge.protocol.packets import (
     Request,
     ResendRequest,
 )
-from pyros1.bridge.rules.rules import RuleMatch, Rules, is_command
+from pyros1.bridge.rules.rules import RuleMatch, Rules
 
 _MAX_DEFINITIONS = 100
 """Maximum number of definitions sent in response to one request."""
@@ -81,10 +82,6 @@ class TopicCounts:
         self.drops[reason] = self.drops.get(reason, 0) + 1
 
 
-_Source = tuple[str, Conversion | None]
-"""A local topic, and how its messages are converted."""
-
-
 class _Sent(NamedTuple):
     topic: OutgoingTopic
     receivers: frozenset[str]
@@ -113,11 +110,12 @@ class TopicSender:
         self._limits = AnswerLimits()
         self._requests: dict[str, dict[SharedName, float]] = {}
         self._sent: dict[SharedName, _Sent] = {}
-        self._by_local: dict[_Source, list[_Sent]] = {}
+        self._by_local: dict[Source, list[_Sent]] = {}
         # Numbering never restarts within an epoch. The last numbers of topics that are no longer sent, the newest last:
         self._last: dict[SharedName, int] = {}
         self._highest_forgotten = 0  # of the numbers that are no longer in `_last`
-        self._subscribed: set[_Source] = set()
+        self._subscribed: set[Source] = set()
+        self._latched_repeats = LatchedRepeats()
         self._responding: frozenset[str] = frozenset()
         self._nodes: dict[str, list[str]] = {}  # peer -> see `nodes`
         self.separate: frozenset[str] = frozenset()
@@ -141,6 +139,15 @@ class TopicSender:
                 notes += self._send(sent, note)
         self._locals = new_topics
         return notes + self._apply(now)
+
+    def set_registered(self, publishers: Mapping[str, Collection[str]], asked_at: float) -> None:
+        """Record which nodes are registered as publishers, even if they do not respond or no rule names their topics.
+
+        Args:
+            publishers: topic -> nodes.
+            asked_at: when the master was asked for them, in seconds.
+        """
+        self._latched_repeats.drop_publishers(publishers, asked_at)
 
     def set_peers(self, epochs: Mapping[str, int], now: float) -> list[Action]:
         """Record which other sites are known, each with its epoch, and return the resulting actions."""
@@ -197,6 +204,8 @@ class TopicSender:
         for on, sources in ((False, self._subscribed - needed), (True, needed - self._subscribed)):
             in_order = sorted(sources, key=lambda source: (source[0], source[1] or ()))
             actions += [Subscribe(local, on, conversion) for local, conversion in in_order]
+        for source in needed - self._subscribed:
+            self._latched_repeats.on_subscribe(source)
         self._subscribed = needed
         return actions
 
@@ -208,7 +217,7 @@ class TopicSender:
                 continue  # two local topics would have the same name between sites: the first one is sent
             name, conversion = local.name, local.conversion
             settings = rule.settings(name, local.type)
-            is_latched = local.latched and not is_command(local.type)
+            is_latched = local.latched and settings.may_latch
             offered = OfferedTopic(shared, local.type, local.md5sum, is_latched, settings.reliable)
             before = old.get(shared)
             is_same = before is not None and (before.local.name, before.local.conversion) == (name, conversion)
@@ -306,10 +315,12 @@ class TopicSender:
             conversion: how it was converted; None if it was not.
         """
         actions: list[Action] = []
-        for sent in self._by_local.get((local, conversion), ()):
-            if not sent.topic.requests:
-                continue
-            message = DropReason.BRIDGED if is_bridged else sent.topic.take(received, now)
+        requested = [sent for sent in self._by_local.get((local, conversion), ()) if sent.topic.requests]
+        if not requested:
+            return []
+        is_repeated = received.latched and self._latched_repeats.take((local, conversion), received.publisher, now)
+        for sent in requested:
+            message = DropReason.BRIDGED if is_bridged else sent.topic.take(received, now, is_repeated)
             if isinstance(message, str):
                 actions += self._drop_message(sent, received.publisher, message, now)
             else:

@@ -45,8 +45,9 @@ class Settings(NamedTuple):
         priority: the priority of its messages.
         reliable: whether all messages are delivered in order, as long as they are not too old; otherwise a newer
             message replaces a waiting one.
-        age: maximum age of a message in seconds when it is delivered.
-        latched_age: the same for latched messages, which describe a state that is still valid; None for no limit.
+        age: maximum age of a message in seconds when it is delivered. Latched messages have no limit, since they
+            describe a state that is still valid.
+        may_latch: whether a message may be latched for other sites.
         prefix_frames, keep_frames: see `Rule`.
     """
 
@@ -56,13 +57,9 @@ class Settings(NamedTuple):
     priority: Priority
     reliable: bool
     age: float
-    latched_age: float | None = None
+    may_latch: bool = True
     prefix_frames: str = ""
     keep_frames: tuple[str, ...] = ()
-
-    def max_age(self, is_latched: bool) -> float | None:
-        """Return the maximum age of a message in seconds; None for no limit."""
-        return self.latched_age if is_latched else self.age
 
 
 class _TypeDefaults(NamedTuple):
@@ -92,14 +89,16 @@ _BY_TYPE: Mapping[str, _TypeDefaults] = {
     "tf/tfMessage": _TypeDefaults(reliable=True, age=NEWEST_AGE),
     "rosgraph_msgs/Log": _TypeDefaults(Priority.LOW, reliable=True),
 }
-_EVENT_SUFFIXES = ("ActionGoal", "ActionResult")
+_GOAL_SUFFIX = "ActionGoal"
+_EVENT_SUFFIXES = (_GOAL_SUFFIX, "ActionResult")
 
 
-def is_command(type_name: str) -> bool:
+def _is_command(type_name: str) -> bool:
     """Return whether messages of a type are commands to a robot. They are never latched for other sites: ``rostopic
     pub`` latches its message, and a command from before an outage must not be carried out afterwards.
     """
-    return _BY_TYPE.get(type_name) is _COMMAND
+    is_goal_or_cancel = type_name.endswith(_GOAL_SUFFIX) or type_name == "actionlib_msgs/GoalID"
+    return is_goal_or_cancel or _BY_TYPE.get(type_name) is _COMMAND
 
 
 @dataclass(frozen=True)
@@ -111,7 +110,8 @@ class Rule:
         here: their names on this site's master: a name for a pattern without wildcards, ``/name/**`` for one that ends
             in ``/**``; empty for the usual names.
         sites: the sites to which topics are sent, or from which they are taken; empty for all.
-        rate, max_size, priority, reliable, age: see `Settings`.
+        rate, max_size, priority, reliable: see `Settings`.
+        age: see `Settings`; a topic with a maximum age is never latched for other sites.
         timeout: for services: maximum seconds that a call may take.
         convert: how messages are converted before they are sent. The rule applies only to types that can be converted
             so.
@@ -154,7 +154,7 @@ class Rule:
             defaults.priority if self.priority is None else self.priority,
             reliable,
             age if self.age is None else self.age,
-            self.age,
+            self.age is None and not _is_command(type_name),
             self.prefix_frames,
             self.keep_frames,
         )
