@@ -101,12 +101,11 @@ class Fleet:
         self._bridges: dict[str, Process] = {}
         if with_router:
             self._bridges["router"] = self._start("", *bridge, "router", "--listen", endpoint)
-        words = (
-            ("relay.py", "receive", endpoint) if with_relay else (*bridge, "--site", "base", *where, "--take", "*:**")
-        )
+        names = [f"robot{number}" for number in range(count)]
+        words = (*bridge, "--site", "base", *where, "--take", "*:**", "--sites", *names)
+        words = ("relay.py", "receive", endpoint) if with_relay else words
         self._bridges["base"] = self._start(uri, *words)
         self.publishers = []
-        names = [f"robot{number}" for number in range(count)]
         self._subscriber = self._start(uri, "user_node.py", "subscribe", *(f"/{name}/a" for name in names))
         for name in names:
             uri = self._master()

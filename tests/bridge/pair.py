@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 
 from pyros1.bridge.exchange.actions import Action, Send
 from pyros1.bridge.exchange.site import Site
 from pyros1.bridge.exchange.topic_sender import LocalTopic
 from pyros1.bridge.protocol.key_expressions import Key, parse_key, site_key
+from pyros1.bridge.rules.namespaces import UsedTopics
 from pyros1.bridge.rules.parsing import parse_config
 from pyros1.bridge.rules.rules import Rules
 from pyros1.msgs import load_message
@@ -36,6 +37,8 @@ class Pair:
         self.now = 0.0
         self.actions: list[Action] = []
         self.recorded: list[tuple[Key, bytes, bytes]] = []
+        for name in self.sites:
+            self.use(name)
 
     def pass_on(self, sender: str, actions: Iterable[Action]) -> None:
         """Let a site's packets reach the other one, and its answers the first, and so on."""
@@ -51,8 +54,14 @@ class Pair:
                 self.actions.append(action)
 
     def publish(self, site: str, *names: str) -> None:
-        """Let these be the topics of a site's master."""
+        """Let these be the topics of a site's master, without subscribers."""
+        self.use(site, *names)
         self.pass_on(site, self.sites[site].set_topics(topics(*names), self.now, self.now))
+
+    def use(self, site: str, *published: str, subscribed: Collection[str] = ()) -> None:
+        """Let a site's nodes use these topics, without offering them."""
+        used = UsedTopics(frozenset(published), frozenset(subscribed))
+        self.pass_on(site, self.sites[site].set_used_topics(used, self.now))
 
     def wait(self) -> None:
         """Let three seconds pass."""

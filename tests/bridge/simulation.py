@@ -33,6 +33,7 @@ from pyros1.bridge.exchange.peer import State
 from pyros1.bridge.exchange.site import Site
 from pyros1.bridge.exchange.topic_sender import LocalTopic
 from pyros1.bridge.protocol.packets import MAX_PUBLISHERS
+from pyros1.bridge.rules.namespaces import UsedTopics
 from pyros1.bridge.rules.parsing import parse_config
 from pyros1.bridge.rules.rules import Rules
 from pyros1.bridge.transport.memory_link import MemoryLink, MemoryNetwork, NetworkConditions
@@ -185,6 +186,8 @@ class SimulatedSite:
             for topic, publishers in self.publishers.items()
             if publishers
         ]
+        used = UsedTopics(frozenset(topic.name for topic in topics), frozenset())
+        self.act(self.site.set_used_topics(used, self.now))
         self.act(self.site.set_topics(topics, self.now, self.now))
         self.services.look()
         self.act(self.site.set_responding((name for names in self.publishers.values() for name in names), self.now))

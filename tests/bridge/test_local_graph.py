@@ -64,6 +64,22 @@ def test_topics_of_bridges_are_left_out(local_graph: LocalGraph, make_node: Call
     assert local_graph.bridges == {"/other_bridge"}
 
 
+def test_topics_that_are_used_whether_or_not_they_can_be_sent(
+    local_graph: LocalGraph, make_node: Callable[..., Node]
+) -> None:
+    bridge, user = make_node("other_bridge"), make_node("user")
+    bridge.advertise_service(f"~{STATUS_SERVICE}", "std_srvs/Trigger", lambda _: (True, ""))
+    bridge.advertise("/far", String)
+    bridge.subscribe("/near", String, print)
+    bridge.advertise("/both", String)
+    user.advertise("/secret", String)
+    user.subscribe("/both", String, print)
+    user.subscribe("/goal", String, print)
+    local_graph.topics()
+    assert local_graph.used.published - {"/rosout"} == {"/secret"}
+    assert local_graph.used.subscribed == {"/both", "/goal"}
+
+
 def test_publishers_that_differ(local_graph: LocalGraph, make_node: Callable[..., Node]) -> None:
     make_node("a").advertise("/text", String)
     make_node("b").advertise("/text", Int64)
@@ -85,6 +101,37 @@ def test_publishers_that_do_not_answer(make_node: Callable[..., Node], monkeypat
     assert graph.topics() == [], "any type is no type"
     now[0] += 11
     assert [topic.type for topic in graph.topics()] == ["a/B"] and graph.problems == {}
+
+
+@pytest.mark.parametrize(
+    ("type_name", "md5sum", "problem"),
+    [
+        ("foo", "1" * 32, "not a message type"),
+        ("my-pkg/Thing", "1" * 32, "not a message type"),
+        ("a/B", "A" * 32, "not an md5 sum"),
+        ("a/B", "1" * 31, "not an md5 sum"),
+    ],
+)
+def test_publishers_whose_types_are_not_valid(
+    make_node: Callable[..., Node], type_name: str, md5sum: str, problem: str
+) -> None:
+    """Other sites would refuse the whole list of topics."""
+    make_node("a").advertise("/text", String)
+    answers = {"/a": ReportedType(type_name, md5sum)}
+    node = make_node("bridge")
+    graph = Graph(node.master)
+
+    def query(_: str, uri: str, __: str) -> ReportedType:
+        return next(answer for name, answer in answers.items() if graph.node_uri(name) == uri)
+
+    local_graph = LocalGraph(graph, lambda topic: topic == "/text", query)
+    assert local_graph.topics() == []
+    told = f"a publisher reports the type {type_name} with md5 sum {md5sum}: {problem}"
+    assert local_graph.problems == {"/text": told}
+    make_node("b").advertise("/text", String)
+    answers["/b"] = ReportedType("c/D", "2" * 32)
+    assert [topic.type for topic in local_graph.topics()] == ["c/D"], "another publisher of the topic is not affected"
+    assert local_graph.problems == {"/text": "messages of other types than c/D are left out"}
 
 
 def test_many_publishers_are_asked_a_few_at_a_time(

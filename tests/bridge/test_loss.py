@@ -182,10 +182,11 @@ def test_the_site_says_goodbye(pair: tuple[RunningSite, RunningSite]) -> None:
 
 @pytest.mark.slow
 def test_a_command_at_the_death_of_a_node_reaches_the_other_site(
-    pair: tuple[RunningSite, RunningSite], tmp_path: Path
+    make_site: MakeSite, endpoint: str, tmp_path: Path
 ) -> None:
     """Feature: `on-death` of a launch file halts robots of other sites -- `pyros1 bridge`"""
-    red, base = pair
+    base = make_site("base", "take: ['red:**']", (), (endpoint,))
+    red = make_site("red", "send: ['/**']", (endpoint,))
     launch = tmp_path / "robot.launch"
     command = "pub /halt std_msgs/String now"
     launch.write_text(

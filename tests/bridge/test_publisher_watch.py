@@ -47,6 +47,16 @@ def test_a_node_comes_goes_and_returns(
     assert (watch.responding, watch.lost) == (set(), set())
 
 
+def test_nodes_whose_names_are_not_legal_are_left_out(
+    watch: PublisherWatch, make_node: MakeNode, changes: threading.Semaphore
+) -> None:
+    make_node("talker")
+    names = ["/my-node", "talker", "/", "", "/talker"]
+    watch.update(names, names)
+    assert changes.acquire(timeout=20)
+    assert watch.responding == {"/talker"}
+
+
 def test_a_node_that_is_found_before_it_is_known_to_be_watched(
     make_node: MakeNode, monkeypatch: pytest.MonkeyPatch
 ) -> None:

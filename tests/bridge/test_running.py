@@ -212,6 +212,27 @@ def _twist(speed: float) -> Any:
     return Twist(linear=Vector3(speed, 0.0, 0.0))
 
 
+def test_a_site_named_like_a_namespace_here_cannot_command_its_nodes(make_site: MakeSite, endpoint: str) -> None:
+    """The base sends nothing, and the driver of its arm only subscribes."""
+    base = make_site("base", "take: ['*:**']", (), (endpoint,))
+    driver = QueuedSubscriber(base.make_node("driver"), "/arm/goal")
+    arm, red = (make_site(name, "send: ['/**']", (endpoint,)) for name in ("arm", "red"))
+    for site in (arm, red):
+        site.node.advertise("/goal", "std_msgs/String", latch=True).publish(site.name)
+    base.has_topic("/red/goal")
+    told = "nodes here subscribe to /arm/goal: if site arm may publish there too, name it with --sites"
+
+    def states() -> dict[str, str]:
+        received = json.loads(base.bridge.status())["received"]
+        return {each["topic"]: each["state"] for each in received if each["topic"].endswith("/goal")}
+
+    wait_until(lambda: states().get("arm:/goal") == told, "the arm's topics are refused")
+    listener = QueuedSubscriber(base.node, "/red/goal")
+    listener.receives("red")
+    assert "/arm/goal" not in base.topics() and driver.is_silent()
+    assert states() == {"arm:/goal": told, "red:/goal": "subscribed"}, "others may have subscribers"
+
+
 def test_three_sites_that_exchange_everything(make_site: MakeSite, endpoint: str) -> None:
     base = make_site("base", EVERYTHING, (), (endpoint,))
     sites = [base, make_site("red", EVERYTHING, (endpoint,)), make_site("blue", EVERYTHING, (endpoint,))]
@@ -264,8 +285,9 @@ def test_two_bridges_on_one_master_send_nothing_of_each_other(make_site: MakeSit
         other.close()
 
 
-def test_the_loss_of_the_router_and_its_return(pair: tuple[RunningSite, RunningSite]) -> None:
-    red, base = pair
+def test_the_loss_of_the_router_and_its_return(make_site: MakeSite, endpoint: str) -> None:
+    base = make_site("base", EVERYTHING.replace("{", "{sites: [red], ", 1), (), (endpoint,))
+    red = make_site("red", EVERYTHING, (endpoint,))
     publisher: Any = red.node.advertise("/map", "std_msgs/String", latch=True)
     publisher.publish("before")
     base.has_topic("/red/map")

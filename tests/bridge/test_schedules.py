@@ -68,7 +68,9 @@ def take_all(original: Any) -> Callable[..., Any]:
 
 
 def add_only(original: Any) -> Callable[..., Any]:
-    return lambda self, site, names: original(self, site, [*names, *self._names.get(site, {}).values()])
+    return lambda self, site, names, *limits: original(
+        self, site, [*names, *self._names.get(site, {}).values()], *limits
+    )
 
 
 def listen_never_again(original: Any) -> Callable[..., Any]:

@@ -8,6 +8,8 @@ from time import monotonic
 from typing import NamedTuple
 
 from pyros1.bridge.exchange.topic_sender import LocalTopic
+from pyros1.bridge.protocol.packet_values import PacketError, read_md5, read_type
+from pyros1.bridge.rules.namespaces import UsedTopics
 from pyros1.doctor.bridge_status import STATUS_SERVICE, find_providers
 from pyros1.doctor.concurrent import run_concurrently
 from pyros1.doctor.facts import ReportedType
@@ -26,11 +28,16 @@ ASKING_TIME = 0.5
 """Seconds after which no more publishers are asked before the master is polled again."""
 RETRY_PERIOD = 10.0
 """Seconds after which a publisher that did not answer is asked again."""
+_SHOWN_LENGTH = 60
+"""Maximum length of a type or md5 sum that is not valid, in a description of the problem."""
 _Asked = tuple[str, str]  # publisher and topic
 
 
 class _Answer(NamedTuple):
+    """A publisher's answer: the type of its topic, or why it cannot be sent; neither if it has not reported it."""
+
     type: ReportedType | None
+    problem: str
     asked_at: float
 
 
@@ -49,6 +56,7 @@ class LocalGraph:
 
     Attributes:
         bridges: the nodes that are bridges.
+        used: the topics that other nodes publish or subscribe to, whether or not they can be sent.
         publishers: the other nodes that, according to the master, publish topics which rules allow to be sent.
         lost: publishers that no longer respond, set by the caller; their topics are left out.
         problems: topic -> why it cannot be sent.
@@ -63,6 +71,7 @@ class LocalGraph:
         query: Callable[[str, str, str], ReportedType] = query_publisher,
     ) -> None:
         self.bridges: frozenset[str] = frozenset()
+        self.used = UsedTopics(frozenset(), frozenset())
         self.publishers: frozenset[str] = frozenset()
         self.lost: frozenset[str] = frozenset()
         self.problems: dict[str, str] = {}
@@ -90,6 +99,7 @@ class LocalGraph:
         """
         self.state = state = self._graph.state()
         self.bridges = find_bridges(state)
+        self.used = _used_topics(state, self.bridges | {self._graph.master.caller_id})
         publishers = {
             topic: [node for node in nodes if node not in self.bridges]
             for topic, nodes in state.publishers.items()
@@ -123,8 +133,7 @@ class LocalGraph:
             queries = {asked: partial(self._ask_publisher, *asked) for asked in due[:_MAX_QUERIES]}
             del due[:_MAX_QUERIES]
             for asked, reply in run_concurrently(queries, _QUERY_TIME).items():
-                is_usable = isinstance(reply, ReportedType) and reply.failure is None and "*" not in reply[:2]
-                self._answers[asked] = _Answer(reply if is_usable and isinstance(reply, ReportedType) else None, now)
+                self._answers[asked] = _check(reply, now)
             if monotonic() - now >= ASKING_TIME:
                 break
         self.is_behind = bool(due)
@@ -140,14 +149,37 @@ class LocalGraph:
         return self._query(self._graph.master.caller_id, uri, topic)
 
     def _topic(self, name: str, nodes: list[str]) -> LocalTopic | None:
-        answers = [(node, answer.type) for node in nodes if (answer := self._answers.get((node, name))) and answer.type]
-        if not answers:
-            self.problems[name] = "its publishers have not reported its type"
+        answers = [answer for node in nodes if (answer := self._answers.get((node, name)))]
+        problem = next((answer.problem for answer in answers if answer.problem), "")
+        types = [answer.type for answer in answers if answer.type]
+        if not types:
+            self.problems[name] = problem or "its publishers have not reported its type"
             return None
-        first = answers[0][1]
-        same = [(node, answer) for node, answer in answers if answer.md5sum == first.md5sum]
-        if len(same) < len(answers):
-            self.problems[name] = f"messages of other types than {one_line(first.type)} are left out"
-        definition = next((answer.definition for _, answer in same if answer.definition), "")
-        latched = any(answer.latched for _, answer in same)
+        first = types[0]
+        same = [each for each in types if each.md5sum == first.md5sum]
+        if problem or len(same) < len(types):
+            self.problems[name] = f"messages of other types than {first.type} are left out"
+        definition = next((each.definition for each in same if each.definition), "")
+        latched = any(each.latched for each in same)
         return LocalTopic(name, first.type, first.md5sum, definition, latched, tuple(nodes))
+
+
+def _used_topics(state: SystemState, bridges: frozenset[str]) -> UsedTopics:
+    """Return the topics that nodes other than bridges use."""
+    tables = (state.publishers, state.subscribers)
+    return UsedTopics(
+        *(frozenset(topic for topic, nodes in table.items() if not bridges.issuperset(nodes)) for table in tables)
+    )
+
+
+def _check(reply: ReportedType | Exception, now: float) -> _Answer:
+    """Return a publisher's answer. Other sites refuse a whole list of topics if one type or md5 sum is not valid."""
+    if not isinstance(reply, ReportedType) or reply.failure is not None or "*" in (reply.type, reply.md5sum):
+        return _Answer(None, "", now)
+    try:
+        read_type(reply.type)
+        read_md5(reply.md5sum)
+    except PacketError as error:
+        type_name, md5sum = (one_line(text, _SHOWN_LENGTH) for text in (reply.type, reply.md5sum))
+        return _Answer(None, f"a publisher reports the type {type_name} with md5 sum {md5sum}: {error}", now)
+    return _Answer(reply, "", now)

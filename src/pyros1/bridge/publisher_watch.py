@@ -6,6 +6,7 @@ import threading
 from collections.abc import Callable, Collection, Iterable
 from itertools import islice
 
+from pyros1.bridge.names import is_topic_name
 from pyros1.node import Node
 from pyros1.node.watching.liveness import Sighting
 from pyros1.node.watching.watch import Watch
@@ -52,7 +53,8 @@ class PublisherWatch:
         """Set the nodes to watch.
 
         Args:
-            wanted: the nodes that publish topics other sites want.
+            wanted: the nodes that publish topics other sites want. A master accepts any names, but nodes whose names
+                are not legal cannot be watched, or named to other sites.
             registered: the nodes that the master knows. Watched nodes stay watched as long as they are among these,
                 since otherwise a lost one would count as found.
         """
@@ -61,7 +63,7 @@ class PublisherWatch:
             with self._lock:
                 self._names.discard(name)
                 self._note(name, None)
-        new = [name for name in wanted if name not in self._watches]
+        new = [name for name in wanted if name not in self._watches and is_topic_name(name)]
         for name in islice(new, max(0, MAX_WATCHED - len(self._watches))):
             with self._lock:
                 self._names.add(name)

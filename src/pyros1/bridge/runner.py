@@ -311,6 +311,7 @@ class Bridge:
             return
         with self._lock:
             self._site.topic_sender.set_registered(self._graph.state.publishers, asked_at)
+            self._act(self._site.set_used_topics(self._graph.used, steady_now()))
             self._act(self._site.set_topics(topics, asked_at, steady_now()))
             wanted = [
                 name for topic, local, _ in self._site.sent_topics() if topic.requests for name in local.publishers

@@ -93,7 +93,8 @@ def test_repeated_and_overtaken_heartbeats_change_nothing() -> None:
     first, second = heartbeat(of_red, BLUE, 1.0), heartbeat(of_red, BLUE, 1.5)
     of_blue.on_heartbeat(*second, 2.0)
     for late in (first, second):
-        of_blue.on_heartbeat(late.epoch, late.to_epoch, late.heartbeat._replace(offer_seen=99), 2.0)
+        changed = late.heartbeat._replace(offer_seen=99)
+        assert of_blue.on_heartbeat(late.epoch, late.to_epoch, changed, 2.0) is Change.OUTDATED
     assert of_blue.offer_seen == 3
 
 

@@ -33,6 +33,7 @@ from pyros1.bridge.names import SharedName
 from pyros1.bridge.protocol import packets
 from pyros1.bridge.protocol.key_expressions import Channel, Key, parse_key, site_key
 from pyros1.bridge.protocol.packets import Definition, Flag, Kind, MessageHead, OfferedTopic, Request
+from pyros1.bridge.rules.namespaces import UsedTopics
 from pyros1.bridge.rules.parsing import parse_config
 from pyros1.bridge.rules.rules import NEWEST_AGE, Priority, Rules
 from pyros1.bridge.transport.memory_link import MemoryNetwork
@@ -115,6 +116,13 @@ def only(kind: type, actions: list[Action]) -> list[Any]:
 @pytest.fixture
 def liar() -> Liar:
     return Liar(Site(rules("{take: ['red:**', /cmd_vel], send: [/map]}"), OWN, 0.0))
+
+
+def all_taken() -> Site:
+    """Return a site that takes everything, and whose nodes use no topics."""
+    site = Site(rules("take: ['*:**']"), OWN, 0.0)
+    site.set_used_topics(UsedTopics(frozenset(), frozenset()), 0.0)
+    return site
 
 
 def wanted(liar: Liar, *offers: OfferedTopic) -> None:
@@ -213,7 +221,7 @@ def test_a_definition_that_lies(liar: Liar) -> None:
 
 
 def test_a_site_that_does_not_answer_withholds_no_definitions_of_others() -> None:
-    site = Site(rules("take: ['*:**']"), OWN, 0.0)
+    site = all_taken()
     silent, red = Liar(site, name="a_silent_one"), Liar(site)
     for liar in (silent, red):
         liar.meet()
@@ -228,7 +236,7 @@ def test_a_site_that_does_not_answer_withholds_no_definitions_of_others() -> Non
 
 
 def test_a_site_that_comes_later_has_the_definition_that_an_earlier_one_has_not() -> None:
-    site = Site(rules("take: ['*:**']"), OWN, 0.0)
+    site = all_taken()
     liar, red = Liar(site, name="liar"), Liar(site)
     liar.meet()
     liar.offer(offered(SharedName("liar", "/odom")))
@@ -708,7 +716,7 @@ def test_probes_go_to_sites_that_want_something(liar: Liar) -> None:
 
 
 def test_a_flood_of_sites() -> None:
-    site = Site(rules("take: ['*:**']"), OWN, 0.0)
+    site = all_taken()
     for number in range(MAX_SITES + 50):
         key = Key(f"site{number}", Channel.HELLO)
         actions = site.on_packet(key, packets.encode_head(Kind.HELLO, 5), b"", 0.0)
@@ -735,7 +743,7 @@ def looks(monkeypatch: pytest.MonkeyPatch) -> list[float]:
 def test_lists_of_many_sites_are_looked_at_together(looks: list[float], monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(topic_receiver, "UPDATE_RATE", 50)
     monkeypatch.setattr(topic_receiver, "UPDATE_BURST", 50)
-    site = Site(rules("take: ['*:**']"), OWN, 0.0)
+    site = all_taken()
     liars = [Liar(site, THEIR, f"site{number}") for number in range(5)]
     for each in liars:
         each.actions = liars[0].actions  # heartbeats for one come after packets of others
@@ -756,7 +764,7 @@ def test_lists_of_many_sites_are_looked_at_together(looks: list[float], monkeypa
 @pytest.fixture
 def fleet(looks: list[float]) -> list[Liar]:
     """Five sites that offer a topic each to a site, whose nodes subscribe to all of them."""
-    site = Site(rules("take: ['*:**']"), OWN, 0.0)
+    site = all_taken()
     liars = [Liar(site, THEIR, f"site{number}") for number in range(5)]
     for each in liars:
         each.actions = liars[0].actions  # heartbeats for one come after packets of others
@@ -774,11 +782,11 @@ def topic_states(site: Site) -> list[str]:
 
 def test_topics_of_many_sites_are_looked_at_once_after_a_change_here(fleet: list[Liar], looks: list[float]) -> None:
     site = fleet[0].site
-    local = LocalTopic("/site3/state", "std_msgs/String", STRING._md5sum, "string data\n", False, ("/n",))
-    actions = site.set_topics([local], 0.0, 0.0)
+    actions = site.set_used_topics(UsedTopics(frozenset(["/site3/state"]), frozenset()), 0.0)
     assert [each.local for each in only(Withdraw, actions)] == ["/site3/odom"] and len(looks) == 1
     assert sorted(topic_states(site))[1:] == ["subscribed"] * 4
-    assert [each.local for each in only(Advertise, site.set_topics([], 1.0, 1.0))] == ["/site3/odom"]
+    actions = site.set_used_topics(UsedTopics(frozenset(), frozenset()), 1.0)
+    assert [each.local for each in only(Advertise, actions)] == ["/site3/odom"]
     assert len(looks) == 2
 
 

@@ -179,16 +179,42 @@ def test_nodes_are_represented_while_their_site_is_present(red: Liar) -> None:
     assert only(RepresentNode, red.send(Kind.BYE)) == [RepresentNode("/red/talker", "", "")]
 
 
+def test_recorded_heartbeats_bring_no_node_back(red: Liar) -> None:
+    wanted(red)
+    red.heartbeat(nodes=["/talker"], is_separate=True)
+    recorded = red.number
+    red.heartbeat()
+    assert [each.nodes for each in red.site.sites()] == [[]], "the talker has died"
+    red.number = recorded - 1  # the next heartbeat gets the recorded number
+    assert not only(RepresentNode, red.heartbeat(nodes=["/talker"]))
+    red.number = recorded - 1
+    assert not only(Listen, red.heartbeat(is_separate=True))
+
+
 def test_nodes_of_a_site_that_has_started_again_are_others(red: Liar) -> None:
-    red.meet()
-    red.heartbeat(nodes=["/talker"])
+    on, off = RepresentNode("/red/talker", "red", "/talker"), RepresentNode("/red/talker", "", "")
+    wanted(red)
+    assert only(RepresentNode, red.heartbeat(nodes=["/talker"])) == [on]
     again = Liar(red.site, red.epoch + 1)
     again.now = 1.0
     again.heartbeat(nodes=["/talker"])
     again.take(red.site.tick(again.now))
-    actions = again.heartbeat(nodes=["/talker"])
-    on, off = RepresentNode("/red/talker", "red", "/talker"), RepresentNode("/red/talker", "", "")
-    assert only(RepresentNode, actions) == [off, on]
+    again.heartbeat(nodes=["/talker"])
+    again.offer(offered())
+    again.heartbeat(nodes=["/talker"])
+    assert only(RepresentNode, again.actions) == [off, on]
+
+
+def test_nodes_of_sites_whose_topics_nobody_wants_are_not_represented(red: Liar) -> None:
+    red.meet()
+    assert not only(RepresentNode, red.heartbeat(nodes=["/talker"]))
+    red.offer(offered())
+    red.define()
+    assert not only(RepresentNode, red.heartbeat(nodes=["/talker"])), "it only offers something"
+    red.take(red.site.set_subscribed(["/red/odom"], red.now))
+    assert only(RepresentNode, red.heartbeat(nodes=["/talker"])) == [RepresentNode("/red/talker", "red", "/talker")]
+    red.take(red.site.set_subscribed([], red.now))
+    assert only(RepresentNode, red.heartbeat(nodes=["/talker"])) == [RepresentNode("/red/talker", "", "")]
 
 
 def test_a_node_that_is_found_or_lost_is_told_of_at_once() -> None:

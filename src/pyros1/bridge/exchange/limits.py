@@ -6,6 +6,7 @@ from collections.abc import Container
 
 from pyros1.bridge.exchange.pending_lists import PendingLists
 from pyros1.bridge.exchange.token_bucket import TokenBucket
+from pyros1.bridge.protocol.packets import MAX_NODES
 
 _PROBE_RATE = 500
 _PROBE_BURST = 100
@@ -20,6 +21,9 @@ _SEPARATE_BURST = 3
 """Number of times that a site may change whether it sends separate packets, per second and in one burst: each change
 affects all topics that are received from it.
 """
+_NODE_RATE = 1
+_NODE_BURST = MAX_NODES
+"""Maximum number of a site's nodes that begin to be represented here, per second and in one burst."""
 _MAX_SITES = 1_000
 
 
@@ -31,6 +35,7 @@ class SiteLimits:
         probes: limits how many probes are answered.
         definitions: limits how many bytes of definitions are read.
         separate: limits how often the site may change whether it sends separate packets.
+        nodes: limits how many of its nodes begin to be represented here.
     """
 
     def __init__(self) -> None:
@@ -38,6 +43,7 @@ class SiteLimits:
         self.probes = TokenBucket(_PROBE_RATE, _PROBE_BURST)
         self.definitions = TokenBucket(_DEFINITION_RATE, _DEFINITION_BURST)
         self.separate = TokenBucket(_SEPARATE_RATE, _SEPARATE_BURST)
+        self.nodes = TokenBucket(_NODE_RATE, _NODE_BURST)
 
 
 class Limits:

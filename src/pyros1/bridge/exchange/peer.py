@@ -87,6 +87,8 @@ class Change(Enum):
     """The change that a heartbeat has caused."""
 
     NONE = "none"
+    OUTDATED = "outdated"
+    """None, since the heartbeat is a repetition, or was overtaken by a later one: what it says no longer holds."""
     STARTED = "started"
     """The site is present in a new run: discard the state of the earlier one."""
     RETURNED = "returned"
@@ -186,7 +188,7 @@ class Peer:
         """Handle a heartbeat from the site, and return what it changes."""
         number, _ = self._received.get(epoch, (0, 0.0))
         if heartbeat.number <= number:
-            return Change.NONE  # repeated, or overtaken by a later one
+            return Change.OUTDATED
         is_answer = to_epoch == self._own_epoch and heartbeat.echo in self._sent
         if not is_answer or (epoch != self.epoch and not self._confirms(epoch, heartbeat.echo)):
             self.hear(epoch, now)

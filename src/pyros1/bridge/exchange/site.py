@@ -1,8 +1,9 @@
 """The state machine of a site: tracks other sites, and exchanges topics with them. Values in, actions out; no I/O.
 
 Its runner calls `on_packet` for each packet, `on_message` for each message of a topic it has subscribed to,
-`set_topics` and `set_subscribed` when the graph of the site's master has changed, and `tick` several times per second.
-All of them get the time in seconds by a clock that never jumps, and return actions to carry out in order.
+`set_used_topics`, `set_topics` and `set_subscribed` when the graph of the site's master has changed, and `tick` several
+times per second. All of them get the time in seconds by a clock that never jumps, and return actions to carry out in
+order.
 
 How a site reacts to another one, by its state (`peer.State`):
 
@@ -34,6 +35,7 @@ from pyros1.bridge.exchange.limits import Limits
 from pyros1.bridge.exchange.outgoing import OutgoingTopic, ReceivedMessage
 from pyros1.bridge.exchange.peer import Change, Peer, SiteStatus
 from pyros1.bridge.exchange.peer_lists import LIST_KINDS
+from pyros1.bridge.exchange.received_lists import ReceivedLists
 from pyros1.bridge.exchange.remote_nodes import RemoteNodes
 from pyros1.bridge.exchange.services.served import LocalService
 from pyros1.bridge.exchange.services.services import Services
@@ -58,6 +60,7 @@ from pyros1.bridge.protocol.packets import (
     encode_head,
     encode_probe,
 )
+from pyros1.bridge.rules.namespaces import UsedTopics
 from pyros1.bridge.rules.rules import Priority, Rules
 
 _HELLO_PERIOD = 1.0
@@ -95,10 +98,13 @@ class Site:
         self._announcements = Announcements(
             epoch, self._peers, self._topic_sender, self.topic_receiver, self.services, self._slow_sites
         )
+        self._received_lists = ReceivedLists(
+            self._peers, self._limits, self._announcements, self._topic_sender, self.topic_receiver, self.services
+        )
         self._hello_at = now
         self._has_namesake = False
         self._on_kind: Mapping[Kind, Callable[[str, bytes, float], list[Action]]] = {
-            **{kind: partial(self._on_list, kind) for kind in LIST_KINDS},
+            **{kind: partial(self._received_lists.on_page, kind) for kind in LIST_KINDS},
             Kind.ASK: lambda peer, body, now: self._topic_sender.on_ask(peer, decode_ask(body), now),
             Kind.DEFINITION: self._on_definition,
             Kind.PROBE: self._on_probe,
@@ -123,14 +129,15 @@ class Site:
 
     def set_topics(self, topics: Iterable[LocalTopic], asked_at: float, now: float) -> list[Action]:
         """Record the topics that this site's nodes, except bridges, published when its master was queried."""
-        known = [*topics]
-        actions = self._topic_sender.set_topics(known, asked_at, now)
-        if self.topic_receiver.set_local_topics([topic.name for topic in known if topic.publishers]):
-            for name, lists in self._announcements.lists.items():
-                actions += self.topic_receiver.note_offers(name, lists.their_offer.entries, now)
-            actions += self.topic_receiver.apply(now)
+        actions = self._topic_sender.set_topics(topics, asked_at, now)
         actions += self._announcements.update(now)
         return actions + self._announcements.heartbeats(now)
+
+    def set_used_topics(self, used: UsedTopics, now: float) -> list[Action]:
+        """Record which topics this site's nodes, except bridges, use. Before this, no topics are taken from sites that
+        no rule names, since they may be named like these nodes' namespaces.
+        """
+        return self._received_lists.apply_offers_again(self.topic_receiver.set_used_topics(used), now)
 
     def set_responding(self, nodes: Iterable[str], now: float) -> list[Action]:
         """Record which nodes respond, among those whose topics other sites want."""
@@ -207,7 +214,7 @@ class Site:
         actions += self.services.tick(now)
         actions += self._topic_sender.tick(now)
         actions += self.topic_receiver.tick(now)
-        actions += self._apply_lists(now)
+        actions += self._received_lists.apply(now)
         actions += self._update_if_outdated(now)
         if self.topic_receiver.end_pauses(now):
             actions += self._announcements.update(now)
@@ -327,6 +334,8 @@ class Site:
         if peer is None:
             return []
         change = peer.on_heartbeat(epoch, to_epoch, heartbeat, now)
+        if change is Change.OUTDATED:
+            return []
         actions: list[Action] = []
         if change is Change.STARTED:
             actions += self._remote_nodes.drop(site)
@@ -344,9 +353,11 @@ class Site:
             actions += self._announcements.heartbeats(now) + self._update_if_outdated(now)
             actions.append(Log(f"site {site} responds again"))
         if peer.is_current(epoch, to_epoch):
-            actions += self._remote_nodes.update(site, heartbeat.nodes)
-            changes = self._limits.of(site, self._peers).separate
-            actions += self.topic_receiver.set_separate(site, heartbeat.is_separate, changes, now)
+            limits = self._limits.of(site, self._peers)
+            # It should name only publishers of topics that are wanted here.
+            nodes = heartbeat.nodes if self._announcements.lists[site].request.entries else ()
+            actions += self._remote_nodes.update(site, nodes, limits.nodes, now)
+            actions += self.topic_receiver.set_separate(site, heartbeat.is_separate, limits.separate, now)
             actions += self.topic_receiver.on_tails(site, heartbeat.tails, now)
         # Heartbeats go first: the other site may consider this one present only after receiving one.
         return actions + self._announcements.heartbeats(now) + self._announcements.pages(now)
@@ -364,34 +375,6 @@ class Site:
             self._limits.of(peer.name, self._peers).lists.clear()
         actions += self.topic_receiver.apply(now) + self._update_peers(now)
         return actions + self._announcements.update(now)
-
-    def _on_list(self, kind: Kind, site: str, body: bytes, now: float) -> list[Action]:
-        entries = self._announcements.lists[site].accept(kind, body)
-        if entries is None:
-            return []
-        self._limits.of(site, self._peers).lists.put(kind, entries)
-        return self._apply_lists(now)
-
-    def _apply_lists(self, now: float) -> list[Action]:
-        """Apply the lists that sites have sent, unless they change too often."""
-        actions: list[Action] = []
-        if not self.topic_receiver.may_update(now):
-            return actions
-        has_offers = False
-        for site in self._peers:
-            for kind, entries in self._limits.of(site, self._peers).lists.take(now):
-                if kind is Kind.REQUEST:
-                    actions += self._topic_sender.set_requests(site, entries, now)
-                elif kind is Kind.SERVICES:
-                    actions += self.services.calls.set_offers(site, entries)
-                else:
-                    has_offers = True
-                    actions += self.topic_receiver.note_offers(site, entries, now)
-        return (
-            actions + self.topic_receiver.update(now) + self._announcements.update_requests(now)
-            if has_offers
-            else actions
-        )
 
     def _on_definition(self, site: str, body: bytes, now: float) -> list[Action]:
         token_bucket = self._limits.of(site, self._peers).definitions

@@ -10,7 +10,7 @@ the site's return, the stream continues where it stopped.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 
 from pyros1.bridge.conversions.prefixes import Prefixer
 from pyros1.bridge.exchange.actions import Action, Listen, Log, Send
@@ -39,7 +39,7 @@ from pyros1.bridge.protocol.packets import (
     encode_head,
     encode_resend_request,
 )
-from pyros1.bridge.rules.namespaces import LocalNamespaces
+from pyros1.bridge.rules.namespaces import LocalNamespaces, UsedTopics
 from pyros1.bridge.rules.rules import Rules, Settings
 
 MAX_TOPICS = 2_000
@@ -91,13 +91,13 @@ class TopicReceiver:
 
     # Current state ----------------------------------------------------------------------------------------------------
 
-    def set_local_topics(self, topics: Collection[str]) -> bool:
-        """Record which topics this site's nodes, except bridges, publish.
+    def set_used_topics(self, used: UsedTopics) -> list[str]:
+        """Record which topics this site's nodes use.
 
         Returns:
-            Whether `note_offers` must be called again for all sites, since different topics may now be refused.
+            The sites for which `note_offers` must be called again, since different topics may now be refused.
         """
-        return self._namespaces.update(topics)
+        return self._namespaces.update(used, [peer.name for peer in self._peers.values() if peer.epoch])
 
     def may_update(self, now: float) -> bool:
         """Return whether to process other sites' new lists now; otherwise they wait."""
@@ -152,9 +152,11 @@ class TopicReceiver:
                 stream = self._stream(feed, offered, settings)
                 self._incoming[feed] = IncomingTopic(offered, settings, stream, prefixer)
         actions: list[Action] = []
-        if conflict and peer not in self._unwelcome:
+        if not conflict:
+            self._unwelcome.discard(peer)
+        elif self._namespaces.is_known and peer not in self._unwelcome:
+            self._unwelcome.add(peer)
             actions.append(Log(f"topics of site {peer} are not taken: {conflict}", is_warning=True))
-        (self._unwelcome.add if conflict else self._unwelcome.discard)(peer)
         actions += self._replace(old, now)
         self._forget_streams(peer)
         return actions
