@@ -20,7 +20,8 @@ from pyros1.cli.running import run_command
 TEXT = (Path(pyros1.__file__).parent / "guide" / "howto" / "sites.md").read_text(encoding="utf-8")
 COMMANDS = re.findall(r"^\w+\$ pyros1 bridge (--site .*)$", TEXT, re.M)
 EXPECTED = [
-    "  /** of red, as /red/** here",
+    "  /** of each other site, as /SITE/** here",
+    "  /cmd_vel, from every site that sends it here",
     "  /cmd_vel, from every site that sends it here",
     "  /spawn, by every site that calls it",
     "  /** of red, as /red/** here",
