@@ -9,7 +9,8 @@ A test states its feature in a paragraph of its docstring, the module's or a fun
 
     Feature: latched topics -- also for subscribers that connect later
 
-What follows ``--`` are notes, whose links are relative to the project's root. Tests that state the same feature share a row.
+What follows ``--`` are notes, whose links are relative to the project's root. Tests that state the same feature share
+a row.
 """
 
 from __future__ import annotations
