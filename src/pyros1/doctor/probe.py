@@ -153,6 +153,9 @@ def query_publisher(caller_id: str, uri: str, topic: str, listen_seconds: float 
         topic: the name of the topic.
         listen_seconds: the time in seconds to wait for a message, whose length is checked.
     """
+    # Not the caller's own name: rospy would close the caller's subscription together with this connection (T63), and
+    # clients of actions would take this connection for an action server's.
+    caller_id = f"{caller_id}_query"
     api = XmlRpcClient(uri, timeout=NODE_TIMEOUT)
     try:
         code, text, protocol = api.call("requestTopic", caller_id, topic, [["TCPROS"]])
