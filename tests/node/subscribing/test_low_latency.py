@@ -24,7 +24,7 @@ PATIENCE = 20.0
 def no_pause(monkeypatch: pytest.MonkeyPatch) -> None:
     """Let links poll at once, however busy the machine is."""
     monkeypatch.setattr(spin_wait, "CHECKED_PAUSE", 0.0)
-    monkeypatch.setattr(spin_wait, "idle_time", lambda: None)
+    monkeypatch.setattr(spin_wait, "could_poll", lambda before, now: True)
     monkeypatch.setattr(spin_wait, "PREEMPTION_GAP", float("inf"))
 
 
