@@ -53,6 +53,7 @@ def test_a_node_that_has_ended_before_its_bridge_begins(make_site: MakeSite, end
     assert links[0].is_closing
 
 
+@pytest.mark.slow
 def test_topics_go_both_ways(pair: tuple[RunningSite, RunningSite]) -> None:
     for source, target in (pair, pair[::-1]):
         publisher: Any = source.node.advertise("/text", "std_msgs/String")
@@ -72,6 +73,7 @@ def test_only_sites_that_are_there_have_a_place_of_their_own_to_wait(pair: tuple
     wait_until(lambda: base.bridge.inbox.known == {"red"}, "the base knows red")
 
 
+@pytest.mark.slow
 def test_nothing_is_subscribed_to_that_nobody_wants(pair: tuple[RunningSite, RunningSite]) -> None:
     red, base = pair
     publisher: Any = red.node.advertise("/text", "std_msgs/String")
@@ -151,6 +153,7 @@ def test_a_latched_message_goes_with_its_publisher(pair: tuple[RunningSite, Runn
     )  # and not that of left, which was older
 
 
+@pytest.mark.slow
 def test_a_publisher_that_latches_comes_and_goes_without_breaking_connections(
     pair: tuple[RunningSite, RunningSite],
 ) -> None:
@@ -285,6 +288,7 @@ def test_two_bridges_on_one_master_send_nothing_of_each_other(make_site: MakeSit
         other.close()
 
 
+@pytest.mark.slow
 def test_the_loss_of_the_router_and_its_return(make_site: MakeSite, endpoint: str) -> None:
     base = make_site("base", EVERYTHING.replace("{", "{sites: [red], ", 1), (), (endpoint,))
     red = make_site("red", EVERYTHING, (endpoint,))
@@ -302,6 +306,7 @@ def test_the_loss_of_the_router_and_its_return(make_site: MakeSite, endpoint: st
     subscriber.receives("after")
 
 
+@pytest.mark.slow
 def test_a_latched_cancellation_is_not_carried_out_again(make_site: MakeSite, endpoint: str) -> None:
     """`rostopic pub` latches it, and is often left running."""
     base = make_site("base", "take: [/cancel]", (), (endpoint,))
@@ -395,6 +400,7 @@ def test_the_status_says_what_flows(pair: tuple[RunningSite, RunningSite]) -> No
     assert (sent["messages"], sent["wanted_by"]) == (1, ["base"])
 
 
+@pytest.mark.slow
 def test_a_publisher_starts_again_with_another_type(pair: tuple[RunningSite, RunningSite]) -> None:
     red, base = pair
     first = red.make_node("talker")
@@ -411,6 +417,7 @@ def test_a_publisher_starts_again_with_another_type(pair: tuple[RunningSite, Run
     assert late.get().data == 5
 
 
+@pytest.mark.slow
 def test_the_master_is_away_for_a_while(pair: tuple[RunningSite, RunningSite]) -> None:
     red, base = pair
     publisher: Any = red.node.advertise("/text", "std_msgs/String")
@@ -455,6 +462,7 @@ def test_a_slow_site_gets_packets_of_its_own(
         assert subscriber.get().data == f"{number}"
 
 
+@pytest.mark.slow
 def test_no_connection_is_logged(make_site: MakeSite, endpoint: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("pyros1.bridge.link_report.PATIENCE", 0.0)
     red = make_site("red", EVERYTHING, (endpoint,))  # nobody listens there

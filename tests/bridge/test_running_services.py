@@ -78,6 +78,7 @@ def test_a_call_its_type_and_its_errors(pair: Pair) -> None:
     assert (served["calls"], served["errors"]) == (6, 2)
 
 
+@pytest.mark.slow
 def test_services_come_and_go(pair: Pair) -> None:
     red, base = pair
     service = red.node.advertise_service("/switch", Trigger, lambda _: (True, ""))
@@ -89,6 +90,7 @@ def test_services_come_and_go(pair: Pair) -> None:
     assert base.node.service("/red/switch", SetBool)(True).success
 
 
+@pytest.mark.slow
 def test_a_service_of_a_local_node_is_not_replaced(pair: Pair) -> None:
     red, base = pair
     own = base.node.advertise_service("/red/switch", Trigger, lambda _: (True, "own"))
@@ -163,6 +165,7 @@ def test_calls_that_the_end_of_a_bridge_cuts_short_are_not_called_refused(
     red.restart_bridge()
 
 
+@pytest.mark.slow
 def test_a_bridge_that_leaves_ends_its_calls(pair: Pair) -> None:
     red, base = pair
     begun, end = threading.Event(), threading.Event()
@@ -217,6 +220,7 @@ def test_many_calls_at_once(pair: Pair) -> None:
     assert results == [True] * 200
 
 
+@pytest.mark.slow
 def test_no_loops(make_site: MakeSite, endpoint: str) -> None:
     everything = "{serve: ['/**'], call: ['*:**']}"
     base = make_site("base", everything, (), (endpoint,))
@@ -238,6 +242,7 @@ def test_no_loops(make_site: MakeSite, endpoint: str) -> None:
     assert found == expected | {("base", "/red/switch"), ("red", "/base/last")}
 
 
+@pytest.mark.slow
 def test_the_master_is_away_for_a_while(pair: Pair) -> None:
     red, base = pair
     red.node.advertise_service("/switch", Trigger, lambda _: (True, ""))

@@ -160,6 +160,7 @@ os._exit(0)
 """
 
 
+@pytest.mark.slow
 def test_waits_end_when_simulated_time_begins_again_or_has_gone(environ: dict[str, str]) -> None:
     lines = run(COUNTDOWN, environ).splitlines()
     assert [line for line in lines if line[0] != "["] == ["False True", "hook False"]

@@ -372,6 +372,7 @@ server.stop()
 """
 
 
+@pytest.mark.slow
 def test_the_initial_state_is_chosen_elsewhere(environ: dict[str, str]) -> None:
     out = run(CLIENT, environ)
     assert "['/robot'] True\n['TWO'] [1, 2.5]\n" in out

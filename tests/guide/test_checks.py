@@ -192,6 +192,7 @@ def transform(parent: str, child: str, z: float) -> TransformStamped:
     return message
 
 
+@pytest.mark.slow
 def test_a_frame(ask: Check, make_node: MakeNode) -> None:
     assert ask(10) == "no node publishes the frame lamp; the frames are: none"
     frames = StaticTransformBroadcaster(make_node("frames"))

@@ -148,6 +148,7 @@ def test_controller_converges_with_a_time_constant_of_one_second(run: Any, make_
     assert response[-1] == pytest.approx(1.0 - math.exp(-2.5), abs=0.06)
 
 
+@pytest.mark.slow
 def test_the_tour_has_a_simulator_a_changing_command_and_a_page(run: Any, make_node: Any) -> None:
     tour = SCRIPTS.parent / "launch" / "tour.launch"
     plan = load_plan([str(tour)], {}, make_resources())

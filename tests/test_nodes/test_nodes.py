@@ -42,6 +42,7 @@ def outcome(case: Case) -> str:
     return "; ".join([text for _, text in case.failures] + [f"{kind}: {text}" for kind, text in case.errors]) or "ok"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("params", "said"),
     [

@@ -304,6 +304,7 @@ def test_immediate_steps_the_clock(tmp_path: Path, ear: Ear, playing: Any) -> No
     assert set(clocks()) <= {BEGIN, end} and clocks()[-1] == end  # a queue of one: the first may be overtaken
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("rate", [0.1, 4.0])
 def test_clock_is_steady_and_never_ahead_of_what_comes_next(
     tmp_path: Path, ear: Ear, playing: Any, rate: float

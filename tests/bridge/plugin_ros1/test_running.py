@@ -206,6 +206,7 @@ def test_a_node_that_has_ended_before_its_bridge_begins(make_bridge: MakeBridge,
     assert sessions[0].is_closing
 
 
+@pytest.mark.slow
 def test_a_topic_of_a_plugin(make_bridge: MakeBridge, make_plugin: MakePlugin, endpoint: str) -> None:
     base = make_bridge("base", "take: [/chatter]", (), (endpoint,))
     plugin = make_plugin(endpoint)
@@ -231,6 +232,7 @@ def test_a_topic_of_a_plugin(make_bridge: MakeBridge, make_plugin: MakePlugin, e
     wait_until(lambda: not plugin.is_received(CHATTER), "the bridge receives it no longer")
 
 
+@pytest.mark.slow
 def test_a_topic_for_a_plugin(make_bridge: MakeBridge, make_plugin: MakePlugin, endpoint: str) -> None:
     base = make_bridge("base", "send: [/chatter]", (), (endpoint,))
     plugin = make_plugin(endpoint)
@@ -246,6 +248,7 @@ def test_a_topic_for_a_plugin(make_bridge: MakeBridge, make_plugin: MakePlugin, 
     wait_until(lambda: base.status()["sent"] == [], "the bridge notes that it is gone")
 
 
+@pytest.mark.slow
 def test_plugins_that_listen(make_bridge: MakeBridge, make_plugin: MakePlugin, free_ports: Any) -> None:
     endpoints = [f"tcp/127.0.0.1:{port}" for port in free_ports(3)]
     for number, connect in enumerate((endpoints[:1], endpoints[1:])):  # as a client, and as a router
@@ -259,6 +262,7 @@ def test_plugins_that_listen(make_bridge: MakeBridge, make_plugin: MakePlugin, f
         assert subscriber.get().data == "hello"
 
 
+@pytest.mark.slow
 def test_namespaces(make_bridge: MakeBridge, make_plugin: MakePlugin, endpoint: str) -> None:
     rules = "{take: ['robot1:/chatter'], send: [{topic: 'robot1:/chatter', here: /to_robot1}]}"
     base = make_bridge("base", rules, (), (endpoint,))
@@ -296,6 +300,7 @@ def test_a_type_that_is_not_installed_has_no_definition(
     assert header["message_definition"] == "*" and header["type"] == "nowhere_msgs/Strange"
 
 
+@pytest.mark.slow
 def test_a_service_of_a_plugin(make_bridge: MakeBridge, make_plugin: MakePlugin, endpoint: str) -> None:
     base = make_bridge("base", "call: [/set]", (), (endpoint,))
     plugin = make_plugin(endpoint)
@@ -346,6 +351,7 @@ def test_a_service_that_a_node_here_provides_is_not_replaced(
     assert base.node.service("/set", "std_srvs/SetBool")(True).message == "here"
 
 
+@pytest.mark.slow
 def test_two_bridges(make_bridge: MakeBridge, endpoint: str) -> None:
     rules = "{send: ['/**'], take: ['/**'], serve: ['/set'], call: ['/set']}"
     base, red = make_bridge("base", rules, (), (endpoint,)), make_bridge("red", rules, (endpoint,))
@@ -388,6 +394,7 @@ def test_nothing_comes_back(make_bridge: MakeBridge, endpoint: str) -> None:
         assert subscriber.is_silent()
 
 
+@pytest.mark.slow
 def test_a_bridge_that_cannot_connect_says_so(make_bridge: MakeBridge, endpoint: str) -> None:
     red = make_bridge("red", "{send: ['/text'], call: ['/set']}", (endpoint,))
     wait_until(lambda: red.status()["link"], "the reason")

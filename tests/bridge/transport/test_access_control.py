@@ -139,6 +139,7 @@ def test_a_site_that_is_not_named_gets_nothing(keys: Path, port: int, make_site:
     assert stranger.packets.empty()
 
 
+@pytest.mark.slow
 def test_keys_of_another_authority_do_not_connect(
     keys: Path, tmp_path: Path, port: int, make_site: Callable[..., Site]
 ) -> None:
@@ -168,6 +169,7 @@ def test_without_keys_nobody_connects(keys: Path, port: int, make_site: Callable
         zenoh.open(make_config(zenoh, "client", [f"{protocol}/127.0.0.1:{port}"], [], settings))
 
 
+@pytest.mark.slow
 def test_a_base_at_another_address_is_not_trusted(keys: Path, port: int, make_site: Callable[..., Site]) -> None:
     """Otherwise any site could pass itself off as the base."""
     make_site(keys / "green", "base", [], listen=[f"tls/127.0.0.1:{port}"])
@@ -219,6 +221,7 @@ def test_a_site_that_may_take_some_topics_gets_nothing_else(
     assert spy.heard("red/hello", put_all(red, *sent, "red/hello")) == {"red/t/green/cmd_vel"}
 
 
+@pytest.mark.slow
 def test_a_connection_cannot_be_taken_over(keys: Path, port: int, make_station: Callable[..., Station]) -> None:
     """zenoh names connections by random numbers, which a site could learn and choose."""
     import zenoh

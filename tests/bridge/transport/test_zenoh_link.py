@@ -104,6 +104,7 @@ def test_sites_reach_each_other_through_one_that_listens(make_station: Any, endp
     assert all(key.channel is Channel.HELLO for key, _, _ in [*base.packets.queue])
 
 
+@pytest.mark.slow
 def test_a_site_that_listens_may_start_later_and_again(make_station: Any, endpoint: str) -> None:
     red = make_station("red", (endpoint,))
     red.link.listen("base", "t/base/map", True)
@@ -209,6 +210,7 @@ class HungConnection:
             each.close()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("priority", Priority)
 @pytest.mark.parametrize("is_router", [True, False])
 def test_a_site_that_hangs_holds_up_no_others(

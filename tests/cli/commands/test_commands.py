@@ -264,6 +264,7 @@ def test_misspelt_verbs_and_topics_get_a_hint(run: Any, make_node: Callable[...,
     assert "did you mean '/velocity'?" in run("topic", "type", "/velocty")[2]
 
 
+@pytest.mark.slow
 def test_echo_writes_json_that_pub_reads(
     run: Any, make_node: Callable[..., Any], tmp_path: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -316,6 +317,7 @@ def test_misspelt_commands_and_types_get_a_hint(run: Any) -> None:
     assert "(did you mean 'std_msgs/Float64'?)" in run("msg", "show", "std_msgs/Floa64")[2]
 
 
+@pytest.mark.slow
 def test_minus_one_is_an_option_or_a_number(
     run: Any, make_node: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:

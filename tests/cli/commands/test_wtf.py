@@ -450,6 +450,7 @@ def test_no_master_says_how_to_get_one(
     )
 
 
+@pytest.mark.slow
 def test_a_master_that_takes_connections_and_does_not_answer(
     findings: Callable[..., Found], shell: pytest.MonkeyPatch, capsys: Any
 ) -> None:

@@ -130,6 +130,7 @@ def test_a_node_starts_again_once_its_delay_is_over_x88(bench: Bench, monkeypatc
         assert supervisor.active[0].spawn_count == starts
 
 
+@pytest.mark.slow
 def test_escalation_reaches_the_stuck_in_reverse_order_x90(bench: Bench) -> None:
     # A polite process has enough time to end even on a machine that is busy.
     bench.supervisor = Supervisor(Console(bench.out, bench.err), sigint_timeout=2.0, sigterm_timeout=0.2)

@@ -230,6 +230,7 @@ def test_a_callback_may_end_all(make_node: Make) -> None:
     assert numbers == [1] and not node.ok()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("own", [True, False])
 def test_a_node_that_ends_during_a_callback_closes_its_links(make_node: Make, fake_node: Any, own: bool) -> None:
     """Also those to other processes, although the threads that receive have ended before the callback has."""

@@ -96,6 +96,7 @@ def test_a_bond_breaks_with_the_aggregator(aggregator: Node, make_node: Callable
     adding.join(PATIENCE)
 
 
+@pytest.mark.slow
 def test_the_aggregator_waits_for_all_silent_nodes_at_once(aggregator: Node, make_node: Callable[..., Node]) -> None:
     user, formed = make_node("user2"), threading.Semaphore(0)
     namespaces = [f"/silent{number}" for number in range(9)]

@@ -104,6 +104,7 @@ def test_what_is_wrong_is_said_in_one_line(
     assert len(lines) == 2
 
 
+@pytest.mark.slow
 def test_an_absent_device_and_one_that_is_unplugged(
     device: Any, make_node: Callable[..., Any], capfd: pytest.CaptureFixture[str]
 ) -> None:

@@ -68,6 +68,7 @@ def test_the_program_stops_the_robot_at_its_end(
             os.close(ours)
 
 
+@pytest.mark.slow
 def test_the_program_can_be_ended_while_it_waits_for_a_robot(environ: dict[str, str]) -> None:
     ours, theirs = pty.openpty()
     child = subprocess.Popen(

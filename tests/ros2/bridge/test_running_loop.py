@@ -32,6 +32,7 @@ def site_endpoint(free_port: int) -> str:
     return f"tcp/127.0.0.1:{free_port}"
 
 
+@pytest.mark.slow
 def test_no_message_goes_round(endpoint: str, site_endpoint: str, tmp_path: Path) -> None:
     one = RunningBridge(tmp_path, name="one", listen=[endpoint])
     two = RunningBridge(tmp_path, name="two", connect=[endpoint])

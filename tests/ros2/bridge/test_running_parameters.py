@@ -246,6 +246,7 @@ def test_hostile_answers(
     assert "/bad/set_parameters" not in bridge.services()
 
 
+@pytest.mark.slow
 def test_hostile_answers_to_a_change(bridge: RunningBridge, camera: FakeNode) -> None:
     tool = Tool(bridge)
     tool.config()

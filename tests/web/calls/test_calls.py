@@ -163,6 +163,7 @@ def test_who_tells_the_servers_node_to_end_is_heard(make_node: Make, robot: Robo
         robot.listen("/topic1", print)
 
 
+@pytest.mark.slow
 def test_types_that_are_not_installed_come_with_their_messages(make_node: Make, robot: Robot) -> None:
     parts = "=" * 80 + "\nMSG: far_msgs/Part\nbool on"
     cls = from_definition("far_msgs/Odd", f"int32 kind\nint32 KIND_A=1\nfar_msgs/Part[] parts\n{parts}")

@@ -390,6 +390,7 @@ def test_forms_of_topics_that_pages_may_not_see(make_robot: Callable[..., Any], 
             calls.run(robot, name, args)
 
 
+@pytest.mark.slow
 def test_of_a_page_that_has_gone_not_all_is_done(serve: Callable[..., Served], monkeypatch: pytest.MonkeyPatch) -> None:
     server = serve(token="t")
     began, go_on = threading.Semaphore(0), threading.Event()

@@ -72,6 +72,7 @@ def test_publishing_from_here_ends_when_the_robot_comes(make_node: Make, watch: 
     assert not facts["publishing"] and not facts["movable"]
 
 
+@pytest.mark.slow
 def test_of_two_pages_one_publishes(make_node: Make, watch: Make) -> None:
     user = make_node("user")
     user.params["/robot_description"] = ARM

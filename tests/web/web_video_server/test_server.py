@@ -274,6 +274,7 @@ def can_connect(port: int) -> bool:
     return True
 
 
+@pytest.mark.slow
 def test_a_client_that_sends_more_than_its_request_is_noticed_when_it_goes(
     serve: Callable[..., VideoServer], make_node: Callable[..., Node]
 ) -> None:

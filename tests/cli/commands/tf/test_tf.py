@@ -120,6 +120,7 @@ def test_echo_as_json(run: Run, eventually: Run, robot: Node) -> None:
     assert code == 1 and json.loads(out)["error"] == "LookupException"
 
 
+@pytest.mark.slow
 def test_echo_of_what_is_not_there(run: Run, robot: Node, make_node: Make) -> None:
     code, out, err = run("echo", "map", "bose", "-r", "50", "-l", "2")
     assert code == 1 and out.startswith("Failure at ") and "\nThe current list of frames is:\nFrame " in out
@@ -143,6 +144,7 @@ def test_nothing_publishes(run: Run, make_node: Make, monkeypatch: pytest.Monkey
     assert code == 1 and "No transform received yet from /silent: is it running?" in err
 
 
+@pytest.mark.slow
 def test_simulated_time_that_stands_still(program: Callable[..., Any], make_node: Make) -> None:
     maker = make_node("simulator")
     maker.params["/use_sim_time"] = True
