@@ -112,6 +112,7 @@ def test_a_node_that_hangs_is_lost_after_the_limit(watcher: Any, fake: Any, hang
     assert heard.alive(3)[2] and heard.last.reason == "it answers again"
 
 
+@pytest.mark.slow
 def test_a_watcher_that_stood_still_itself_asks_again(watcher: Any, fake: Any, hang: Any, heard: Heard) -> None:
     watcher.watch("/x", heard.on_lost, heard.on_found, period=0.02, limit=1.5)
     heard.news.wait(1)
@@ -233,6 +234,7 @@ def test_a_name_that_never_was_is_unseen_until_it_comes(make_node: Any, watcher:
         assert heard.alive(1) == [True]
 
 
+@pytest.mark.slow
 def test_a_master_that_is_silent_gone_or_new_changes_nothing(
     watcher: Any, master: Master, fake: Any, heard: Heard
 ) -> None:
@@ -344,10 +346,10 @@ def test_a_callback_may_end_the_node_and_watches(make_node: Any, collect: Any) -
             watcher.shutdown()
             done(watcher.ok())
 
-        watcher.watch("/x", on_lost, **QUICK)
         found = collect()
+        watcher.watch("/x", on_lost, found, **QUICK)
         watcher.watch("/x", on_found=found, **QUICK)
-        found.wait()
+        found.wait(2)
         node.shutdown()
     assert done.wait(3) == [False] * 3
     with pytest.raises(NodeShutdownError):
