@@ -780,13 +780,25 @@ def topic_states(site: Site) -> list[str]:
     return [topic.state for topic in site.received_topics()]
 
 
+def requested_of(name: str, actions: list[Action]) -> list[str]:
+    """The topics that the last page of requests to a site asks for."""
+    pages = [
+        each.body
+        for each in only(Send, actions)
+        if each.key == f"to/{name}" and packets.decode_head(each.head).kind is Kind.REQUEST
+    ]
+    return [key for key, _ in packets.decode_page(pages[-1], 2, tuple).entries]
+
+
 def test_topics_of_many_sites_are_looked_at_once_after_a_change_here(fleet: list[Liar], looks: list[float]) -> None:
     site = fleet[0].site
     actions = site.set_used_topics(UsedTopics(frozenset(["/site3/state"]), frozenset()), 0.0)
     assert [each.local for each in only(Withdraw, actions)] == ["/site3/odom"] and len(looks) == 1
     assert sorted(topic_states(site))[1:] == ["subscribed"] * 4
+    assert requested_of("site3", actions) == []
     actions = site.set_used_topics(UsedTopics(frozenset(), frozenset()), 1.0)
     assert [each.local for each in only(Advertise, actions)] == ["/site3/odom"]
+    assert requested_of("site3", actions) == ["site3:/odom"]
     assert len(looks) == 2
 
 
