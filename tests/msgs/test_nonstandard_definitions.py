@@ -60,6 +60,12 @@ def test_own_types_are_read_if_their_md5_comes_out(kind: str) -> None:
         assert find_class(OWN._type, "*", text).__slots__ == OWN.__slots__
 
 
+def test_a_garbled_text_of_another_version_of_an_installed_type_is_read() -> None:
+    text = POSE._full_text.replace("Pose pose", "Pose pose\nfloat64 weight", 1)
+    md5sum = from_definition(POSE._type, text)._md5sum
+    assert find_class(POSE._type, md5sum, text.replace("Point position", "Po%nt [posi")).__slots__[-1] == "weight"
+
+
 @pytest.mark.parametrize("md5sum", [POSE._md5sum, POSE._md5sum.upper(), f" {POSE._md5sum}\n", "*", ""])
 @pytest.mark.parametrize("prefer_installed", [False, True])
 def test_installed_types_take_the_place_of_any_text(md5sum: str, prefer_installed: bool) -> None:

@@ -322,6 +322,8 @@ def test_the_tree_in_the_dot_language() -> None:
     assert "sec old" not in buffer.all_frames_as_dot()
     drawn = buffer.all_frames_as_dot(5.0)
     assert "( 3.000 sec old)" in drawn
+    # The line that leads to the legend's box is not drawn.
+    assert "edge [style=invis];\n subgraph cluster_legend" in drawn
     assert '"Recorded at time: 5.000"[ shape=plaintext ] ;\n }->"map";' in drawn
 
 

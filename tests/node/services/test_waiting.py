@@ -17,7 +17,7 @@ from pyros1.msgs.sensor_msgs.msg import CameraInfo
 from pyros1.msgs.sensor_msgs.srv import SetCameraInfo
 from pyros1.msgs.std_srvs.srv import Empty
 from pyros1.net.master_client import MasterClient
-from pyros1.node.services.client import probe
+from pyros1.node.services.client import PROBE_TIMEOUT, probe
 from pyros1.wire.header import encode_header
 
 from ...parts import context_of
@@ -84,6 +84,22 @@ def test_waiting_for_a_silent_provider_says_that_it_does_not_answer(
     caller.shutdown()
     with pytest.raises(NodeShutdownError):
         waiting.join()
+
+
+def test_a_provider_may_answer_within_the_time_that_is_left(
+    make_node: Any, fake: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    timeouts: list[float] = []
+
+    def refuse(context: Any, service: str, uri: str, timeout: float) -> None:
+        timeouts.append(timeout)
+        raise ServiceUnavailableError("silent")
+
+    monkeypatch.setattr("pyros1.node.services.client.probe", refuse)
+    for timeout in (0.01, 2.0):
+        with pytest.raises(WaitTimeoutError):
+            make_node("caller").wait_for_service("s", timeout=timeout)
+    assert timeouts[0] == 0.1 and timeouts[-1] == min(2.0, PROBE_TIMEOUT)
 
 
 def test_a_message_as_the_only_field_of_a_request(make_node: Any) -> None:

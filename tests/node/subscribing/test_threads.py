@@ -282,6 +282,7 @@ def test_an_error_that_cannot_be_told_ends_no_thread(
         context_of(listener).loop.call_soon(fail)
         context_of(listener).loop.call_soon(reported.set)
         assert reported.wait(20)
+    assert "Too many open files') reporting this also failed: OSError" in capfd.readouterr().err.replace(";", "")
     publisher = talker.advertise("t", Float64, queue_size=10)
     assert publisher.wait_for_subscribers(timeout=20)
     publisher.publish(1)
