@@ -256,6 +256,20 @@ def test_a_socket_of_this_machine_is_for_programs_of_this_user(
         assert sock.recv(100) == b""
 
 
+def test_a_system_that_opens_no_more_sockets_is_logged(
+    make_node: Any, environ: dict[str, str], watch_log: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    node = make_node("local", environ={**environ, "PYROS1_TRANSPORTS": "local,tcp"})
+    log, context = watch_log(node), context_of(node)
+
+    def fail(name: str) -> None:
+        raise OSError(24, "Too many open files")
+
+    monkeypatch.setattr("pyros1.node.server.listen", fail)
+    assert context.loop.run(context.local_socket_name, timeout=5) == ""
+    log.saw("cannot open a socket for programs on this machine: Too many open files")
+
+
 def test_a_peer_that_is_gone_before_its_header_is_whole(node: Any, raw_peer: Any, watch_log: Any) -> None:
     log = watch_log(node)
     peer = raw_peer(node)

@@ -33,6 +33,13 @@ def test_a_value_that_is_fetched_meanwhile_is_in_doubt() -> None:
     assert (cache.get("/a"), cache.get("/other")) == (MISSING, 2)
 
 
+def test_a_parameter_that_another_node_deletes_is_in_no_copy() -> None:
+    cache = cache_of(a={"b": 1, "c": {"d": 2}, "e": 3})
+    cache.set_remotely("/a/b", {})
+    cache.set_remotely("/a/c/d", {})
+    assert cache.get("/a") == {"e": 3}
+
+
 def test_own_changes_make_a_fetched_value_doubtful() -> None:
     cache = cache_of()
     fetch, other = cache.begin_fetch("/a"), cache.begin_fetch("/other")

@@ -25,6 +25,7 @@ from pyros1.ground.errors import (
 )
 from pyros1.msgs.roscpp.srv import GetLoggers, SetLoggerLevel
 from pyros1.msgs.rospy_tutorials.srv import AddTwoInts, AddTwoIntsRequest, AddTwoIntsResponse
+from pyros1.msgs.sensor_msgs.srv import SetCameraInfo
 from pyros1.msgs.std_srvs.srv import Empty, SetBool, SetBoolResponse, Trigger, TriggerResponse
 from pyros1.net.spin_wait import SpinWait
 from pyros1.node.same_host import host_key
@@ -756,6 +757,43 @@ def test_a_request_that_trickles_in_is_given_up(make_node: Any, monkeypatch: pyt
             except ConnectionError:
                 ended = True
     assert ended
+
+
+def test_a_request_that_arrives_steadily_may_take_longer(make_node: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    has_begun, has_looked = threading.Event(), threading.Event()
+
+    class Deadline:
+        """Passes if no bytes arrive while it is looked at a hundred times."""
+
+        def __init__(self, seconds: float) -> None:
+            self.looks = self.bytes = 0
+            has_begun.set()
+
+        def add_bytes(self, count: int) -> None:
+            self.bytes += count
+
+        def remaining(self) -> float:
+            self.looks += 1
+            if self.bytes:
+                has_looked.set()
+            return 0.01 if self.bytes or self.looks < 100 else 0.0
+
+    monkeypatch.setattr("pyros1.node.services.client_connection.TransferDeadline", Deadline)
+    monkeypatch.setattr("pyros1.node.services.client_connection.REQUEST_TIMEOUT", 0.01)
+    server = make_node("server")
+    server.advertise_service("s", SetCameraInfo, lambda request: (True, request.camera_info.distortion_model))
+    request = SetCameraInfo._request_class()
+    request.camera_info.distortion_model = "x" * 1000
+    body = encode_frame(request)
+    with socket.create_connection(("localhost", tcpros_port(server))) as peer:
+        peer.settimeout(20)
+        peer.sendall(encode_header({"callerid": "/slow", "service": "/s", "md5sum": "*"}) + body[:100])
+        assert has_begun.wait(20)
+        peer.sendall(body[100:500])
+        assert has_looked.wait(20)
+        peer.sendall(body[500:])
+        with peer.makefile("rb") as response:
+            assert request.camera_info.distortion_model.encode() in response.read()
 
 
 def test_a_client_that_does_not_take_its_response_is_given_up(

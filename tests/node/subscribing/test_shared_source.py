@@ -51,9 +51,13 @@ class Publisher:
         finally:
             os.close(memory)
 
-    def refer(self, block: int = 1, offset: int = 0, size: int = 100) -> Any:
-        """Send a reference to a message; return the messages that the subscriber has then received."""
-        self.sock.sendall(encode_reference(TOKEN, Reference(5, block, offset, size, 0, 0)))
+    def refer(self, block: int = 1, offset: int = 0, size: int = 100, array: tuple[int, int] = (0, 0)) -> Any:
+        """Send a reference to a message; return the messages that the subscriber has then received.
+
+        Args:
+            array: where its array begins, and how many bytes it has.
+        """
+        self.sock.sendall(encode_reference(TOKEN, Reference(5, block, offset, size, *array)))
         batch = self.source.receive()
         return [] if batch is None else batch.newest(len(batch))
 
@@ -80,6 +84,12 @@ def test_a_message_in_shared_memory(publisher: Publisher) -> None:
     publisher.share()
     assert publisher.refer(offset=251, size=100) == [bytes(range(100))]
     assert publisher.control.recv(100) == struct.pack("<Q", 5), "it is given back"
+    assert publisher.source.bytes_received == 4 + 100, "as if it had been sent"
+
+
+def test_an_array_that_is_not_where_it_is_said_to_be(publisher: Publisher) -> None:
+    publisher.share()
+    assert publisher.refer(offset=251, size=100, array=(8, 50)) == [bytes(range(100))]
 
 
 @pytest.mark.parametrize("offset", [SIZE - 99, SIZE, (1 << 32) - 1])
