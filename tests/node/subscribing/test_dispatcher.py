@@ -103,3 +103,21 @@ def test_the_latched_message_of_a_publisher_that_left_is_forgotten(
     talker.advertise("t", Float64, latch=True).publish(2)
     until(lambda: (callbacks == "inline" or node.spin_once(0.01) >= 0) and later.items)
     assert later.data == [2]
+
+
+def test_a_lower_queue_size_leaves_no_message_behind(make_node: Any, collect: Any, until: Any) -> None:
+    node, talker, got, other = make_node("listener", callbacks="spin"), make_node("talker"), collect(), collect()
+    larger = node.subscribe("t", Float64, other, queue_size=10)
+    node.subscribe("t", Float64, got, queue_size=2)
+    publisher = talker.advertise("t", Float64)
+    assert publisher.wait_for_subscribers(timeout=20)
+    delivery = subscription_of(node, "/t").delivery
+    for number in range(10):
+        publisher.publish(number)
+    until(lambda: not len(delivery.inboxes) and delivery.waiting == 10)
+    larger.unregister()
+    for number in range(10, 15):
+        publisher.publish(number)
+    until(lambda: delivery.dropped == 3)
+    until(lambda: node.spin_once(0.01) >= 0 and not delivery.waiting)
+    assert got.data == [*range(10), 13, 14]

@@ -276,7 +276,8 @@ class SpinQueue:
             Whether one more call of `deliver_next` must be queued.
         """
         self._inbox.put(item, limit)
-        if len(self._calls) >= limit:  # there are never more messages than calls
+        # There must never be more messages than calls. Messages from before the limit was lowered also count.
+        if len(self._calls) >= limit and len(self._calls) >= len(self._inbox):
             return False
         self._calls.append(None)
         return True
