@@ -269,6 +269,20 @@ def test_timeouts_count_in_the_time_that_was_given(buffer: Buffer, changed: Coun
     assert results == [False]
 
 
+def test_waits_end_when_simulated_time_starts_again(buffer: Buffer, changed: Counted) -> None:
+    """As when a bag is played in a loop: otherwise they would last until its time has come again."""
+    now = [1000.0]
+    buffer.use_time(lambda: now[0])
+    first, can = in_thread(lambda: buffer.can_transform("map", "nope", timeout=5))
+    second, found = in_thread(lambda: buffer.lookup_transform("map", "nope", timeout=5))
+    await_waiting(changed, 2)
+    now[0] = 1.0
+    buffer.wake()
+    first.join(10)
+    second.join(10)
+    assert can == [False] and isinstance(found[0], LookupException)
+
+
 @pytest.mark.slow
 def test_many_threads(buffer: Buffer) -> None:
     """Readers and writers at once: every answer belongs to one of the transforms sent."""

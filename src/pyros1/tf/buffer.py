@@ -166,7 +166,7 @@ class Buffer:
             time: time of the transform; None or 0 for the latest time at which all transforms between the two frames
                 are known.
             timeout: seconds to wait for the transform, of simulated time if the listener's node uses it; the wait ends
-                with an error when that node shuts down.
+                early if that time jumps back to before its start, and with an error when that node shuts down.
 
         Returns:
             A geometry_msgs/TransformStamped.
@@ -383,35 +383,37 @@ class Buffer:
     def _retry_until(self, lookup: Callable[[], _T], timeout: Span) -> _T:
         """Repeat a lookup until it succeeds, and return its result; at the timeout, raise its last error."""
         with self._changed:
-            deadline: float | None = None
+            started_at: float | None = None
             while True:
                 try:
                     return lookup()
                 except _RETRYABLE_ERRORS:
                     if not timeout:
                         raise
-                    if deadline is None:
-                        deadline = self._clock() + _to_seconds(timeout)
-                    if not self._wait(deadline):
+                    if started_at is None:
+                        started_at = self._clock()
+                    if not self._wait(started_at, _to_seconds(timeout)):
                         raise
 
     def _wait_until_possible(self, find_problem: Callable[[], str | None], timeout: Span) -> str | None:
         with self._changed:
-            deadline = self._clock() + _to_seconds(timeout)
-            while (problem := find_problem()) is not None and timeout and self._wait(deadline):
+            started_at, seconds = self._clock(), _to_seconds(timeout)
+            while (problem := find_problem()) is not None and timeout and self._wait(started_at, seconds):
                 pass
             return problem
 
-    def _wait(self, deadline: float) -> bool:
-        """Wait for a change; return False if the deadline has passed. The caller must hold the lock.
+    def _wait(self, started_at: float, timeout: float) -> bool:
+        """Wait for a change; return False if the timeout is over, or if simulated time has jumped back, as when a bag
+        starts again. The caller must hold the lock.
 
         Raises:
             NodeShutdownError: the node has shut down.
         """
         if self._waits_ended:
             raise NodeShutdownError("the wait for a transform was interrupted because the node has shut down")
-        remaining = deadline - self._clock()
-        if remaining <= 0:
+        now = self._clock()
+        remaining = started_at + timeout - now
+        if remaining <= 0 or now < started_at:
             return False
         self._num_waiting += 1
         try:
