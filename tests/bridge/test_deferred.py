@@ -265,6 +265,23 @@ def test_old_messages_take_no_room_from_new_ones(monkeypatch: pytest.MonkeyPatch
     assert [each.body for each in deferred.finish()] == [b"97", b"98", b"99"] and deferred.dropped == 97
 
 
+def test_old_messages_take_no_room_from_other_topics(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Those of a topic that cannot be published, and whose source has stopped."""
+    monkeypatch.setattr(module, "MAX_MESSAGES", 3)
+    now = [5.0]
+    deferred = DeferredActions(lambda: now[0])
+    deferred.put(advertise())
+    deferred.pop()
+    deferred.fail([advertise()])
+    for _ in range(3):
+        assert deferred.hold(message(expires=6.0))
+    deferred.put(advertise("/map"))
+    assert deferred.hold(message(b"too early", "/map")) and deferred.dropped == 1
+    now[0] = 6.1
+    assert deferred.hold(message(b"map", "/map")) and deferred.dropped == 4
+    assert deferred.pop() == [advertise("/map")] and deferred.finish() == [message(b"map", "/map")]
+
+
 def test_what_failed_is_tried_again_unless_something_else_is_wanted() -> None:
     deferred = after(advertise(), Subscribe("/s", True))
     deferred.put(Withdraw("/t"))

@@ -28,6 +28,7 @@ RETURN_DELAY = 0.5
 connections were closed, they mistake a new publisher with the same address for the old one.
 """
 _MAX_WITHDRAWN = 10_000
+_SWEEP_PERIOD = 0.1
 _Key = tuple[bool, str, Conversion | None]  # whether it is a subscription, the topic, and its conversion
 
 
@@ -71,6 +72,7 @@ class DeferredActions:
         self._begun: set[_Key] = set()  # topics that are or may be registered with the master
         self._held: dict[str, dict[Source, deque[tuple[int, Publish]]]] = {}  # by topic, with sequence numbers
         self._held_number = self._held_count = self._held_bytes = 0
+        self._next_sweep = 0.0  # when the messages of all sources may be searched for old ones again
         self._is_woken = False
 
     def put(self, action: Change) -> None:
@@ -105,15 +107,23 @@ class DeferredActions:
                 return False
             messages = self._held.setdefault(local, {}).setdefault(action.source, deque())
             self._drop_expired(messages)
-            if self._held_count and (
-                self._held_count >= MAX_MESSAGES or self._held_bytes + len(action.body) > MAX_BYTES
-            ):
+            if self._has_no_room(action) and self._clock() >= self._next_sweep:
+                self._next_sweep = self._clock() + _SWEEP_PERIOD
+                for other_sources in self._held.values():
+                    for other in other_sources.values():
+                        self._drop_expired(other)
+            if self._has_no_room(action):
                 self.dropped += 1
             else:
                 self._held_number += 1
                 messages.append((self._held_number, action))
                 self._count_waiting(1, [action])
             return True
+
+    def _has_no_room(self, message: Publish) -> bool:
+        return self._held_count > 0 and (
+            self._held_count >= MAX_MESSAGES or self._held_bytes + len(message.body) > MAX_BYTES
+        )
 
     def _must_wait(self, local: str) -> bool:
         """Return whether messages of a topic must wait."""
