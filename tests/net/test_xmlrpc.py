@@ -450,6 +450,23 @@ def test_caller_replaces_a_closed_kept_connection(caller: RpcCaller) -> None:
             assert results.items[-1] == (expected, None)
 
 
+def test_calls_that_follow_a_closed_caller_end_one_after_the_other(caller: RpcCaller, loop: Loop) -> None:
+    """However many there are, as when the master ends while many notices for a silent node wait."""
+    ended, errors, remaining = threading.Event(), [], [3000]
+
+    def on_done(value: Any, error: Error | None) -> None:
+        errors.append(error)
+        remaining[0] -= 1
+        if remaining[0]:
+            caller.call("http://127.0.0.1:1/", "getPid", ["/x"], on_done)
+        else:
+            ended.set()
+
+    caller.close()
+    loop.run(caller.call, "http://127.0.0.1:1/", "getPid", ["/x"], on_done)
+    assert ended.wait(10) and {type(error) for error in errors} == {UnreachableError}
+
+
 def test_caller_errors(server: XmlRpcServer, caller: RpcCaller) -> None:
     results = Results()
     with socket.create_server(("127.0.0.1", 0)) as unused:

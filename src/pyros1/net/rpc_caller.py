@@ -336,7 +336,9 @@ class RpcCaller:
 
     def _call(self, uri: str, job: _Job) -> None:
         if self._closed:
-            job.on_done(None, UnreachableError(f"the call to {uri} was cancelled: its caller was closed"))
+            # called later to prevent recursion: `on_done` may make the next one of a thousand calls
+            error = UnreachableError(f"the call to {uri} was cancelled: its caller was closed")
+            self.loop.call_soon(job.on_done, None, error)
             return
         peer = self._peers.get(uri)
         if peer is None:
