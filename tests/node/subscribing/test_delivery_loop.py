@@ -5,6 +5,7 @@ Feature: a slow callback gets fresh messages -- as many as `queue_size`
 
 from __future__ import annotations
 
+import socket
 import threading
 from collections.abc import Callable
 from typing import Any
@@ -14,6 +15,7 @@ import pytest
 from pyros1.msgs.std_msgs.msg import Float64, String
 from pyros1.node.subscribing.delivery_loop import MAX_BATCH, MAX_CALLBACK_TIME, MAX_TURN_TIME, DeliveryLoop
 from pyros1.node.subscribing.queues import Frames, Inbox
+from pyros1.node.subscribing.tcp_source import TcpSource
 from pyros1.wire.framing import MAX_MESSAGE_SIZE
 from pyros1.wire.header import encode_header
 
@@ -195,6 +197,25 @@ def test_callbacks_of_one_topic_never_overlap(make_node: Any, transport: str) ->
             publisher.publish(number)
     assert done.wait(20)
     assert not overlaps
+
+
+def test_a_link_that_comes_while_its_subscription_closes_does_not_hold_up_the_loop(
+    make_node: Any, gate: Gate, until: Any
+) -> None:
+    """A callback that is running may take a long time."""
+    talker, listener = make_node("talker"), make_node("listener")
+    listener.subscribe("t", Float64, gate)
+    publisher = talker.advertise("t", Float64)
+    assert publisher.wait_for_subscribers(timeout=20)
+    publisher.publish(1)
+    assert gate.entered.acquire(timeout=10)
+    delivery = subscription_of(listener).delivery
+    ours, theirs = socket.socketpair()
+    with theirs:
+        delivery.stop()  # as another thread does, after the loop has checked whether the subscription is closed
+        context_of(listener).loop.run(delivery.add, TcpSource(ours, "http://x:1/", {}, b""), timeout=2)
+        gate.open()
+        until(lambda: ours.fileno() < 0)
 
 
 # Errors ---------------------------------------------------------------------------------------------------------------

@@ -106,7 +106,7 @@ class DeliveryLoop:
         self._is_disposed = False
         self.wake()
         if self._closed:
-            self.close()
+            self.close(wait=False)  # this is called on the node's loop, which must not wait for a callback
 
     def submit(self, job: Callable[[], None], by_callback: bool = False) -> None:
         """Run a job between messages; or immediately if ``by_callback`` is True and a callback of this loop calls this,
