@@ -221,6 +221,20 @@ def test_threads_that_share_a_guard_check_at_the_same_time(machine: Machine, mon
     assert guard.may_poll(now)
 
 
+def test_threads_that_share_a_new_guard_all_begin_with_a_pause(
+    machine: Machine, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    guard, read = PollGuard(), spin_wait.read_processor_times
+
+    def check_in_another_thread() -> ProcessorTimes:
+        monkeypatch.setattr(spin_wait, "read_processor_times", read)
+        assert not guard.may_poll(machine.at)
+        return read()
+
+    monkeypatch.setattr(spin_wait, "read_processor_times", check_in_another_thread)
+    assert not guard.may_poll(machine.at) and not guard.may_poll(machine.at)
+
+
 def test_threads_with_a_realtime_priority_poll_at_once_however_busy_the_machine_is(
     machine: Machine, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -71,10 +71,11 @@ class PollGuard:
     def may_poll(self, now: float) -> bool:
         """Return whether polling is allowed at the given time. Several threads may share a guard."""
         if self._is_new:
-            self._is_new = False
             if not has_realtime_priority():
                 self._begin_pause(now, CHECKED_PAUSE, read_processor_times())
+                self._is_new = False  # afterwards: until the pause has begun, other threads must not poll either
                 return False
+            self._is_new = False
         if now < self.paused_until:
             return False
         before = self._times_before
@@ -100,8 +101,8 @@ class PollGuard:
         return True
 
     def _begin_pause(self, now: float, pause: float, times: ProcessorTimes | None) -> None:
+        self.paused_until = now + pause  # first: other threads must not compare times with those of this moment
         self._pause, self._times_before = pause, times
-        self.paused_until = now + pause
 
 
 class SpinWait:
