@@ -102,6 +102,20 @@ def test_required_ends_the_run_x88(bench: Bench) -> None:
     assert "REQUIRED process [needed-2] has died!\nInitiating shutdown!" in bench.err.getvalue()
 
 
+def test_a_process_that_is_to_be_respawned_is_not_kept_from_it_by_its_end(bench: Bench) -> None:
+    supervisor = bench.supervisor
+    supervisor.start(bench.spec("again-1", "", respawn=True, delay=0.2))
+    (process,) = supervisor.active
+    supervisor.on_process_exit = lambda _: supervisor.call_soon(lambda: supervisor.end_node(process))
+    runner = threading.Thread(target=supervisor.run)
+    runner.start()
+    try:
+        bench.out.wait_for("restarting process", 2)
+    finally:
+        supervisor.stop()
+        runner.join(10)
+
+
 def test_respawn_appends_to_the_log_x85_x88(bench: Bench) -> None:
     counter = bench.folder / "count"
     code = f"p = {str(counter)!r}; open(p, 'a').write('x'); n = len(open(p).read()); print('life', n, flush=True); import signal; n > 2 and signal.pause()"

@@ -318,6 +318,9 @@ class Supervisor:
 
     def end_node(self, process: Process) -> None:
         """Stop a process as if it had exited by itself: it may be respawned. Must be called in the thread of `run`."""
+        is_stopping = process.stopped_by_user or process.is_restarting
+        if not (process.alive or is_stopping) and process.spec.label in self._timers:
+            return  # it has exited, and will be respawned
         process.stopped_by_user = process.is_restarting = False
         self._stop_process(process)
 
