@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+import tracemalloc
 
 import pytest
 
@@ -280,6 +281,23 @@ def test_old_messages_take_no_room_from_other_topics(monkeypatch: pytest.MonkeyP
     now[0] = 6.1
     assert deferred.hold(message(b"map", "/map")) and deferred.dropped == 4
     assert deferred.pop() == [advertise("/map")] and deferred.finish() == [message(b"map", "/map")]
+
+
+def test_sources_whose_messages_are_dropped_take_no_memory(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Another site may make up a source for each message."""
+    monkeypatch.setattr(module, "MAX_MESSAGES", 3)
+    deferred = DeferredActions(lambda: 5.0)
+    deferred.put(advertise())
+    for number in range(3):
+        assert deferred.hold(message(publisher=number))
+    tracemalloc.start()
+    try:
+        for number in range(1000):
+            assert deferred.hold(message(publisher=number))
+        assert tracemalloc.get_traced_memory()[0] < 100_000
+    finally:
+        tracemalloc.stop()
+    assert deferred.dropped == 1000
 
 
 def test_what_failed_is_tried_again_unless_something_else_is_wanted() -> None:

@@ -105,17 +105,19 @@ class DeferredActions:
                 return False
             if local not in self._held and not self._must_wait(local):
                 return False
-            messages = self._held.setdefault(local, {}).setdefault(action.source, deque())
-            self._drop_expired(messages)
+            self._drop_expired(self._held.get(local, {}).get(action.source, deque()))
             if self._has_no_room(action) and self._clock() >= self._next_sweep:
                 self._next_sweep = self._clock() + _SWEEP_PERIOD
-                for other_sources in self._held.values():
-                    for other in other_sources.values():
-                        self._drop_expired(other)
+                for sources in self._held.values():
+                    for source in [*sources]:
+                        self._drop_expired(sources[source])
+                        if not sources[source]:
+                            del sources[source]
             if self._has_no_room(action):
                 self.dropped += 1
-            else:
+            else:  # a queue is kept only with a message in it, since another site may invent any number of sources
                 self._held_number += 1
+                messages = self._held.setdefault(local, {}).setdefault(action.source, deque())
                 messages.append((self._held_number, action))
                 self._count_waiting(1, [action])
             return True
