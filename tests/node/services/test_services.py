@@ -686,6 +686,18 @@ def test_a_self_call_of_another_thread_waits_for_the_one_that_spins(make_node: A
     assert threads == [threading.current_thread()]
 
 
+def test_a_call_that_was_refused_when_its_service_ended_is_not_handled_later(make_node: Any, in_thread: Any) -> None:
+    """The client may have called another provider meanwhile."""
+    node, handled = make_node("spinner", callbacks="spin"), []
+    service = node.advertise_service("s", Empty, lambda request: handled.append(request) or {})
+    call = in_thread(make_node("client").service("s", Empty))
+    assert context_of(node).callback_queue.wait(10)
+    service.shutdown()
+    with pytest.raises(ServiceError, match="shutting down"):
+        call.join()
+    assert node.spin_once() == 1 and handled == []
+
+
 def test_a_self_call_goes_to_whoever_the_master_names(make_node: Any) -> None:
     node = make_node("spinner", callbacks="spin")
     node.advertise_service("s", Trigger, lambda request: (True, "first"))

@@ -164,13 +164,15 @@ class ServiceServer:
         callback_queue = self._callback_queue
         if callback_queue is None:
             return self._handle(request)
+        closing = encode_failure(f"service [{self.name}] is shutting down")
         done = threading.Event()
         responses: list[bytes] = []
 
         def run() -> None:
             response = encode_failure(f"service [{self.name}]: its program was interrupted")
             try:
-                response = self._handle(request)
+                # After the end, the client has received an error, and may have called another provider.
+                response = closing if self._closed else self._handle(request)
             finally:
                 responses.append(response)
                 done.set()
@@ -179,7 +181,7 @@ class ServiceServer:
         warn_at = monotonic() + SPIN_WARNING_DELAY
         while not done.wait(0.2):
             if self._closed or self._context.stopping.is_set():
-                return encode_failure(f"service [{self.name}] is shutting down")
+                return closing
             if monotonic() > warn_at:
                 warn_at = float("inf")
                 client = header.get("callerid", "?")
