@@ -13,6 +13,7 @@ import resource
 import signal
 import threading
 import time
+import tracemalloc
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -56,6 +57,24 @@ def topics_of(path: Path) -> set[str]:
     """The topics of a bag, also of one that is being recorded."""
     with BagReader(path, unindexed=True) as bag:
         return {connection.topic for connection in bag.connections.values()}
+
+
+def test_latched_messages_are_kept_in_memory_only_to_be_repeated(tmp_path: Path, make_node: Any) -> None:
+    """Each run of `rostopic pub -1` is another latching publisher."""
+    talker, size = make_node("talker"), 1 << 20
+    with Recorder(make_node("record"), options(tmp_path)) as recorder:
+        recorder.subscribe("/t")
+        tracemalloc.start()
+        try:
+            for number in range(10):
+                with talker.advertise("t", String, latch=True, headers={"number": str(number)}) as publisher:
+                    publisher.publish(f"{number:{size}}")
+                    until(lambda: recorder.topics["/t"].messages == number + 1, "message")  # noqa: B023
+                until(lambda: not recorder.topics["/t"].subscriber.links, "disconnected")
+            until(lambda: recorder.size > 9 * size, "written")
+            until(lambda: tracemalloc.get_traced_memory()[0] < 5 * size, "freed")
+        finally:
+            tracemalloc.stop()
 
 
 def test_frames_and_headers_are_kept_as_they_came(tmp_path: Path, make_node: Any, transport: str) -> None:

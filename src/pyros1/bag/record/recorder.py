@@ -242,7 +242,7 @@ class Recorder:
         except BagError as error:
             publisher.topic.dropped += 1
             self._warn(str(error))
-        if publisher.latching:
+        if publisher.latching and self._options.repeat_latched:
             publisher.latched = data
             self._latching_publishers[publisher] = None
 
