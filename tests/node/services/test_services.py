@@ -686,6 +686,31 @@ def test_a_self_call_of_another_thread_waits_for_the_one_that_spins(make_node: A
     assert threads == [threading.current_thread()]
 
 
+def test_a_call_waits_for_another_threads_call_no_longer_than_its_timeout(make_node: Any, in_thread: Any) -> None:
+    """It is not sent after its time: the provider would carry it out, although the caller has been told otherwise."""
+    entered, leave, handled = threading.Event(), threading.Event(), []
+
+    def handle(request: Any) -> dict[str, Any]:
+        handled.append(request)
+        entered.set()
+        assert leave.wait(10)
+        return {}
+
+    make_node("provider").advertise_service("s", Empty, handle)
+    with make_node("client").service("s", Empty, persistent=True) as client:
+        call = in_thread(client)
+        try:
+            assert entered.wait(10)
+            other = in_thread(lambda: client.call(Empty._request_class(), timeout=0.05))
+            with pytest.raises(WaitTimeoutError, match="another thread"):
+                other.join(5)
+        finally:
+            leave.set()
+        call.join()
+        client()
+    assert len(handled) == 2
+
+
 def test_a_call_that_was_refused_when_its_service_ended_is_not_handled_later(make_node: Any, in_thread: Any) -> None:
     """The client may have called another provider meanwhile."""
     node, handled = make_node("spinner", callbacks="spin"), []

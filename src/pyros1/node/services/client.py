@@ -130,7 +130,21 @@ class ServiceClient:
                 return self._call_local(server, data)
         if not self._persistent:
             return self._exchange(self._connect(deadline), data)
-        with self._lock:
+        return self._call_persistent(data, deadline)
+
+    def _call_persistent(self, data: bytes, deadline: float | None) -> Any:
+        """Call the service on the persistent connection, after calls of other threads.
+
+        Raises:
+            WaitTimeoutError: a call of another thread has not ended by the deadline.
+        """
+        timeout = -1.0 if deadline is None else min(max(0.0, deadline - monotonic()), threading.TIMEOUT_MAX)
+        is_acquired = False
+        try:
+            # `map` prevents that a signal handler runs between `acquire` and the assignment.
+            (is_acquired,) = map(self._lock.acquire, (True,), (timeout,))
+            if not is_acquired:
+                raise WaitTimeoutError(f"service [{self.name}] is still answering a call of another thread")
             if self._is_connection_in_use:  # a signal handler has interrupted a call
                 return self._exchange(self._connect(deadline), data)
             self._is_connection_in_use = True
@@ -142,6 +156,9 @@ class ServiceClient:
                 return self._exchange(persistent_connection, data)
             finally:
                 self._is_connection_in_use = False
+        finally:
+            if is_acquired:
+                self._lock.release()
 
     def _close_inherited(self) -> None:
         """In a forked process, close the connections, which belong to the parent process."""
