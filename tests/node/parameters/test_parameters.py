@@ -49,6 +49,37 @@ def test_values_m49(node: Any, value: Any) -> None:
     assert type(node.params["v"]) is type(value)
 
 
+class Unanswered:
+    """A master that carries out calls whose responses are lost."""
+
+    def __init__(self) -> None:
+        self.values: dict[str, Any] = {}
+
+    def subscribe_param(self, uri: str, key: str) -> Any:
+        return self.values.get(key, {})
+
+    def set_param(self, key: str, value: Any) -> None:
+        self.values[key] = value
+        raise MasterUnreachableError("no response")
+
+    def delete_param(self, key: str) -> None:
+        del self.values[key]
+        raise MasterUnreachableError("no response")
+
+
+def test_copies_are_right_although_a_response_was_lost() -> None:
+    master: Any = Unanswered()
+    params = Parameters(master, str, lambda: "http://x:1/", {})
+    master.values["/speed"] = 1
+    assert params.cached("/speed") == 1
+    with pytest.raises(MasterUnreachableError):
+        params["/speed"] = 0
+    assert params.cached("/speed") == 0
+    with pytest.raises(MasterUnreachableError):
+        del params["/speed"]
+    assert params.cached("/speed") is None
+
+
 def test_a_dict_replaces_the_namespace_m46(node: Any) -> None:
     node.params["g"] = {"p": 1, "i": 2}
     node.params["g"] = {"p": 3}

@@ -82,6 +82,9 @@ class Parameters:
             raise SerializationError(
                 f"parameter [{key}]: {error}. A parameter is a bool, number, str, bytes, list or dict of them"
             ) from None
+        except BaseException:
+            self._strand.do(self._cache.invalidate, key)  # only the response may be missing
+            raise
         # the master notifies only other nodes (M54)
         self._strand.do(self._cache.set_locally, key, value, versions_before)
 
@@ -96,8 +99,10 @@ class Parameters:
             ParameterNotSetError: the parameter is not set.
         """
         key = self._resolve(name)
-        self._master.delete_param(key)
-        self._strand.do(self._cache.invalidate, key)
+        try:
+            self._master.delete_param(key)
+        finally:  # if there is an error, only the response may be missing
+            self._strand.do(self._cache.invalidate, key)
 
     def __contains__(self, name: str) -> bool:
         return self._master.has_param(self._resolve(name))
