@@ -45,7 +45,7 @@ def select(changed: Iterable[str], root: Path = ROOT) -> list[str]:
             return ["tests"]
         if path.is_relative_to("src/pyros1") and path.suffix == ".py":
             found |= {each for each in PUBLIC if (root / each).exists()}
-        if path.match("tests/**/test_*.py") or path.match("tests/test_*.py"):
+        if path.is_relative_to("tests") and path.match("test_*.py"):
             if (root / path).exists():
                 found.add(name)
         elif path.is_relative_to("tests/web/page"):
@@ -73,12 +73,30 @@ def _nearest(folder: PurePosixPath, root: Path) -> str:
     return RULES if folder == PurePosixPath("tests") else str(folder)
 
 
-def changed_files(commit: str) -> list[str]:
-    """Return what differs from a commit in the working tree, new files included."""
-    commands = (["diff", "--name-only", commit], ["ls-files", "--others", "--exclude-standard"])
-    done = [subprocess.run(["git", *words], cwd=ROOT, capture_output=True, text=True, check=True) for words in commands]
-    return [line for each in done for line in each.stdout.splitlines()]
+def changed_files(commit: str, root: Path = ROOT) -> list[str]:
+    """Return what differs from a commit in the working tree, new files included.
+
+    A file that was moved counts with both names.
+
+    Raises:
+        OSError: git is not installed.
+        ValueError: there is no such commit, or no repository; the message is git's.
+    """
+    commands = (
+        ["ls-files", "-zo", "--exclude-standard"],
+        ["diff", "--name-only", "--no-renames", "--relative", "-z", "--end-of-options", commit, "--"],
+    )
+    names = []
+    for words in commands:
+        done = subprocess.run(["git", *words], cwd=root, capture_output=True, encoding="utf-8", check=False)
+        if done.returncode:
+            raise ValueError(done.stderr.strip())
+        names += done.stdout.split("\0")
+    return [name for name in names if name]
 
 
 if __name__ == "__main__":
-    print(*select(changed_files(*(sys.argv[1:2] or ["HEAD"]))), sep="\n")
+    try:
+        print(*select(changed_files((sys.argv[1:] or ["HEAD"])[0])), sep="\n")
+    except (OSError, ValueError) as error:
+        sys.exit(f"tests/changed.py: {error}")

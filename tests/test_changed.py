@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import subprocess
 from pathlib import Path
 
 import pytest
-from tests.changed import COMMON, PAGE, PUBLIC, ROOT, RULES, select
+from tests.changed import COMMON, PAGE, PUBLIC, ROOT, RULES, changed_files, select
 
 
 @pytest.fixture
@@ -17,6 +18,7 @@ def checkout(tmp_path: Path) -> Path:
         "tests/test_graph.py",
         "tests/test_turn.py",
         "tests/node/test_clock.py",
+        "tests/node/publishing/test_tcp_link.py",
         "tests/wire/test_http.py",
     ):
         (tmp_path / file).touch()
@@ -32,6 +34,7 @@ def checkout(tmp_path: Path) -> Path:
         (["src/pyros1/wire/http.py", "src/pyros1/node/clock.py"], ["tests/node", "tests/wire"]),
         (["src/pyros1/node/clock.py", "src/pyros1/node/publishing/tcp_link.py"], ["tests/node"]),
         (["tests/node/test_clock.py"], ["tests/node/test_clock.py"]),
+        (["tests/node/publishing/test_tcp_link.py"], ["tests/node/publishing/test_tcp_link.py"]),
         (["tests/node/test_gone.py"], []),
         (["tests/node/test_clock.py", "tests/node/parts.py"], ["tests/node"]),
         (["src/pyros1/graph.py"], ["tests/test_graph.py"]),
@@ -56,3 +59,43 @@ def test_what_all_tests_depend_on(checkout: Path, changed: str) -> None:
 
 def test_files_that_count_for_all_tests_exist() -> None:
     assert all((ROOT / name).exists() for name in (*COMMON, *PUBLIC, *PAGE))
+
+
+@pytest.fixture
+def repository(tmp_path: Path) -> Path:
+    (tmp_path / "old").mkdir()
+    (tmp_path / "old" / "a.py").write_text("".join(f"line {number}\n" for number in range(20)))
+    git(tmp_path, "init", "--quiet")
+    git(tmp_path, "add", ".")
+    git(tmp_path, "commit", "--quiet", "-m", "first")
+    return tmp_path
+
+
+def git(folder: Path, *words: str) -> None:
+    author = ("-c", "user.name=a", "-c", "user.email=a@example.org")
+    subprocess.run(["git", *author, *words], cwd=folder, check=True)
+
+
+def test_a_moved_file_counts_with_both_names(repository: Path) -> None:
+    """Otherwise the tests of the room that it left would not run."""
+    (repository / "new").mkdir()
+    git(repository, "mv", "old/a.py", "new/a.py")
+    assert sorted(changed_files("HEAD", repository)) == ["new/a.py", "old/a.py"]
+
+
+def test_names_are_those_of_the_files(repository: Path) -> None:
+    for name in ("tracked ü.py", "new ü.py"):
+        (repository / name).touch()
+    git(repository, "add", "tracked ü.py")
+    assert sorted(changed_files("HEAD", repository)) == ["new ü.py", "tracked ü.py"]
+
+
+def test_a_branch_may_have_the_name_of_a_folder(repository: Path) -> None:
+    git(repository, "branch", "old")
+    (repository / "old" / "a.py").write_text("")
+    assert changed_files("old", repository) == ["old/a.py"]
+
+
+def test_git_says_what_is_wrong(repository: Path) -> None:
+    with pytest.raises(ValueError, match="nope"):
+        changed_files("nope", repository)

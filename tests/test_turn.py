@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from tests.turn import select
+from tests.turn import changed_lately, select
 
 FILES = ["interop/web/test_a.py", "interop/web/test_b.py", "interop/web/test_c.py", "tests/cli/topic/test_echo.py"]
 
@@ -36,3 +36,14 @@ def test_what_changed_lately_is_in_every_part(checkout: Path) -> None:
 def test_what_is_no_turn_is_refused(checkout: Path, turn: str) -> None:
     with pytest.raises(ValueError, match="K/N"):
         select(turn, ["interop"], root=checkout)
+
+
+def test_a_misspelt_path_is_an_error(checkout: Path) -> None:
+    """Its tests would be left out, and nobody would notice."""
+    with pytest.raises(ValueError, match="there is no interop/wbe"):
+        select("", ["interop/web", "interop/wbe"], root=checkout)
+
+
+def test_without_git_nothing_changed_lately(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setenv("PATH", str(tmp_path))
+    assert changed_lately() == set()

@@ -32,11 +32,14 @@ def select(turn: str, paths: list[str], changed: Container[str] = (), root: Path
         root: the checkout.
 
     Raises:
-        ValueError: if `turn` is anything else.
+        ValueError: if `turn` is anything else, or a path does not exist.
     """
     number, _, count = (turn or "0/1").partition("/")
     if not (number.isdecimal() and count.isdecimal() and int(number) < int(count)):
         raise ValueError(f"TURN is K/N, part K of N counted from 0, not {turn!r}")
+    missing = [path for path in paths if not (root / path).exists()]
+    if missing:
+        raise ValueError(f"there is no {missing[0]}")
     files = sorted({str(file.relative_to(root)) for path in paths for file in _files(root / path)} - BY_HAND)
     return [file for index, file in enumerate(files) if index % int(count) == int(number) or file in changed]
 
@@ -48,12 +51,15 @@ def _files(path: Path) -> list[Path]:
 def changed_lately() -> set[str]:
     """Return the files that the last `LATELY` commits touched; none where there is no history."""
     command = ["git", "log", f"-{LATELY}", "--name-only", "--format="]
-    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+    try:
+        done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+    except FileNotFoundError:  # no git
+        return set()
     return set(done.stdout.splitlines())
 
 
 if __name__ == "__main__":
     try:
-        print(*select(sys.argv[1], sys.argv[2:], changed_lately()), sep="\n")
+        print(*select("".join(sys.argv[1:2]), sys.argv[2:], changed_lately()), sep="\n")
     except ValueError as error:
         sys.exit(f"tests/turn.py: {error}")
