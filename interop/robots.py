@@ -159,7 +159,11 @@ def page() -> str:
 
 
 def scan(folders: list[str]) -> str:
-    """Return the table for git repositories, each in the newest branch for a ROS 1 distribution."""
+    """Return the table for git repositories, each in the newest branch for a ROS 1 distribution.
+
+    Raises:
+        ValueError: a folder is not a git repository.
+    """
     tags: dict[tuple[str, str, str], list[str]] = defaultdict(list)
     heads = []
     for folder in sorted(folders):
@@ -180,6 +184,8 @@ def scan(folders: list[str]) -> str:
 
 
 def _branch(folder: str) -> str:
+    if not _git(folder, "rev-parse", "--git-dir"):
+        raise ValueError(f"{folder} is not a git repository")
     refs = _git(folder, "for-each-ref", "--format=%(refname)", "refs/heads", "refs/remotes").split()
     for distribution in _DISTRIBUTIONS:
         for suffix in ("-devel", ""):
@@ -239,7 +245,10 @@ def main() -> int:
     parser.add_argument("--scan", nargs="+", metavar="FOLDER", help="write robots.txt from git repositories")
     options = parser.parse_args()
     if options.scan:
-        TABLE.write_text(scan(options.scan), encoding="utf-8")
+        try:
+            TABLE.write_text(scan(options.scan), encoding="utf-8")
+        except ValueError as error:
+            parser.error(str(error))
         return 0
     if options.check:
         return int(PAGE.read_text(encoding="utf-8") != page())

@@ -99,6 +99,19 @@ def test_nodes_are_counted(robots: ModuleType, tmp_path: Path) -> None:
     ]
 
 
+def test_a_folder_without_a_repository_does_not_replace_the_table(
+    robots: ModuleType, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    table = tmp_path / "robots.txt"
+    table.write_text("the table\n")
+    monkeypatch.setattr(robots, "TABLE", table)
+    monkeypatch.setattr(sys, "argv", ["robots.py", "--scan", str(tmp_path / "nope")])
+    with pytest.raises(SystemExit):
+        robots.main()
+    assert "nope is not a git repository" in capsys.readouterr().err
+    assert table.read_text() == "the table\n"
+
+
 def test_which_programs_run(robots: ModuleType) -> None:
     row = robots.Row
     assert row("tf", "tf_echo", "-", 1, 1).runs and row("tf", "tf_echo", "-", 1, 1).ran_before
