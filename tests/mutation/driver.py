@@ -63,18 +63,18 @@ def main() -> int:
     parser = argparse.ArgumentParser(prog="tests/mutants", description="Make mistakes; see whether a test notices.")
     parser.add_argument("rooms", nargs="*", help="rooms of src/pyros1 (wire, node, bag/format), or files")
     parser.add_argument("--without", nargs="*", default=[], help="rooms or files to leave out of them")
-    parser.add_argument("--sample", type=int, help="how many mutants, chosen at random (default: all)")
+    parser.add_argument("--sample", type=positive, help="how many mutants, chosen at random (default: all)")
     parser.add_argument(
         "--seed", type=int, default=1, help="chooses them; the same seed, the same mutants (default: 1)"
     )
-    parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1, help="mutants at a time")
+    parser.add_argument("--jobs", type=positive, default=os.cpu_count() or 1, help="mutants at a time")
     parser.add_argument("--tests", nargs="*", help="files or folders of tests (default: those of the rooms)")
-    parser.add_argument("--at", metavar="FILE:LINE", help="the mutants of one line, with their diffs")
+    parser.add_argument("--at", type=place, metavar="FILE:LINE", help="the mutants of one line, with their diffs")
     options = parser.parse_args()
     line = None
     if options.at:
-        file, _, number = options.at.rpartition(":")
-        options.rooms, line = [file], int(number)
+        file, line = options.at
+        options.rooms = [file]
     if not options.rooms:
         parser.error("which rooms? for example: wire")
     files = sorted(
@@ -103,9 +103,26 @@ def main() -> int:
     return report(result, len(cases), options.seed)
 
 
+def positive(text: str) -> int:
+    """Return a number above 0 of the command line."""
+    if not text.isdecimal() or not int(text):
+        raise argparse.ArgumentTypeError(f"not a number above 0: {text!r}")
+    return int(text)
+
+
+def place(text: str) -> tuple[str, int]:
+    """Return a file and a line of it from the command line."""
+    file, _, number = text.rpartition(":")
+    if not file or not number.isdecimal():
+        raise argparse.ArgumentTypeError(f"not a file and a line, such as src/pyros1/node/clock.py:120: {text!r}")
+    return file, int(number)
+
+
 def modules(room: str) -> list[Path]:
-    """Return the modules of a room, as paths from the checkout's root."""
+    """Return the modules of a room, as paths from the checkout's root; none for a file outside the sources."""
     path = Path(room) if room.endswith(".py") else SOURCES / room
+    if not path.is_relative_to(SOURCES):
+        return []
     whole = ROOT / path
     files = [whole] if whole.is_file() else whole.rglob("*.py")
     return [file.relative_to(ROOT) for file in files]
