@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import errno
 import json
+import os
 import signal
+import stat
 from collections.abc import Callable
 from functools import partial
 from io import FileIO
@@ -281,6 +283,34 @@ def test_a_folder_in_the_place_of_a_file(run: Run, make_bag: Make, tmp_path: Pat
         code, out, err = run(*words)
         assert (code, out) == (1, "") and "Is a directory" in err
     assert {file.name for file in tmp_path.iterdir()} == {"x.bag", "folder"}
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no pipes with names here")
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["merge", "pipe", "x.bag"],
+        ["filter", "x.bag", "pipe", "True"],
+        ["export", "x.bag", "--format", "csv", "-f", "-o", "pipe"],
+    ],
+)
+def test_a_pipe_or_device_is_not_replaced(run: Run, make_bag: Make, tmp_path: Path, words: list[str]) -> None:
+    """For root, /dev/null would become a bag, and the machine useless."""
+    make_bag()
+    os.mkfifo(tmp_path / "pipe")
+    code, out, err = run(*words)
+    assert (code, out) == (1, "") and "pipe is a device or a pipe: give the name of a file" in err
+    assert stat.S_ISFIFO((tmp_path / "pipe").stat().st_mode)
+    assert {file.name for file in tmp_path.iterdir()} == {"x.bag", "pipe"}
+
+
+def test_a_link_is_kept(run: Run, make_bag: Make, tmp_path: Path) -> None:
+    make_bag()
+    (tmp_path / "folder").mkdir()
+    (tmp_path / "link.bag").symlink_to(Path("folder", "new.bag"))
+    assert run("merge", "link.bag", "x.bag")[:2] == (0, "link.bag: 100 messages\n")
+    assert (tmp_path / "link.bag").is_symlink()
+    assert [file.name for file in (tmp_path / "folder").iterdir()] == ["new.bag"]
 
 
 def test_split_into_nothing(run: Run, make_bag: Make) -> None:

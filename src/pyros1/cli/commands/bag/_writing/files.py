@@ -19,17 +19,21 @@ from pyros1.ground.interrupts import TERMINATION_SIGNALS, InterruptCounter, inst
 def new_file(target: str) -> Iterator[str]:
     """Yield the name of a temporary file, which becomes `target` on success and is removed otherwise.
 
+    A symbolic link is kept: the file that it points to is written.
+
     Raises:
         IsADirectoryError: The target is a folder.
-        CommandError: A signal interrupted the command.
+        CommandError: The target is a device or a pipe, or a signal interrupted the command.
     """
-    temporary_path = f"{target}.tmp"
     if os.path.isdir(target):
         raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), target)
+    _check_replaceable(target)
+    real_target = os.path.realpath(target)
+    temporary_path = f"{real_target}.tmp"
     with clean_up_on_signal(f"{target} was not written"):
         try:
             yield temporary_path
-            os.replace(temporary_path, target)
+            os.replace(temporary_path, real_target)
         except BaseException as error:
             with contextlib.suppress(OSError):
                 os.unlink(temporary_path)
@@ -38,6 +42,16 @@ def new_file(target: str) -> Iterator[str]:
             if isinstance(error, OSError) and error.filename in (None, temporary_path):
                 error.filename = target
             raise
+
+
+def _check_replaceable(target: str) -> None:
+    """Check that a file can take the place of a target: a device such as /dev/null must not be replaced.
+
+    Raises:
+        CommandError: The target is a device, a pipe or a socket.
+    """
+    if os.path.exists(target) and not os.path.isfile(target) and not os.path.isdir(target):
+        raise CommandError(f"{target} is a device or a pipe: give the name of a file")
 
 
 @contextmanager
@@ -103,6 +117,7 @@ def write_atomically(target: str, *, is_folder: bool, force: bool) -> Iterator[s
     target = os.path.normpath(target)
     if os.path.isdir(target) and not is_folder:
         raise CommandError(f"{target} is a folder: give the name of a file")
+    _check_replaceable(target)
     if os.path.lexists(target) and not os.path.isdir(target) and is_folder:
         raise CommandError(f"{target} is a file: give the name of a folder")
     if os.path.lexists(target) and not force and not (is_folder and not os.listdir(target)):
