@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import os
+import subprocess
+import sys
 import time
 from pathlib import Path
 
@@ -149,3 +151,15 @@ def test_what_the_system_tells() -> None:
     before, now = processors.read_processor_times(), processors.read_processor_times()
     assert before.at <= now.at
     assert all(limit.processors > 0 for limit in now.limits.values())
+
+
+def test_reading_processor_times_imports_nothing() -> None:
+    """A call may begin in a signal handler that has interrupted another one: an import that is not finished fails."""
+    code = """if True:
+        import sys
+        from pyros1.net.processors import read_processor_times
+        before = {*sys.modules}
+        read_processor_times()
+        sys.exit(", ".join({*sys.modules} - before) or 0)
+        """
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0

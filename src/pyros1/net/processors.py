@@ -169,5 +169,6 @@ def _read_used_of_version_1(folder: str) -> float | None:
 
 
 def _read(path: str) -> str:
-    with open(path, encoding="ascii") as file:
+    # Not as ASCII: a signal handler that interrupts the import of its codec would find no such encoding.
+    with open(path, encoding="utf-8") as file:
         return file.read(1 << 16)

@@ -27,7 +27,7 @@ def host_key() -> str:
     if not all(hasattr(module, name) for module, name in required):
         return ""
     try:
-        with open("/proc/sys/kernel/random/boot_id", encoding="ascii") as file:
+        with open("/proc/sys/kernel/random/boot_id", encoding="utf-8") as file:
             boot_id = file.read()
         network_namespace = os.readlink("/proc/self/ns/net")
     except (OSError, ValueError):
