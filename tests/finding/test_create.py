@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import errno
+import os
 from pathlib import Path
 
 import pytest
@@ -97,6 +99,15 @@ def test_what_cannot_be_made(tmp_path: Path, new: NewPackage, text: str) -> None
     with pytest.raises(CreateError, match=text):
         create_package(new, tmp_path)
     assert not [*tmp_path.iterdir()]
+
+
+def test_a_full_disk_is_reported_with_the_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def write_nothing(path: Path, text: str, encoding: str) -> None:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))  # without a file name, as from a write
+
+    monkeypatch.setattr(Path, "write_text", write_nothing)
+    with pytest.raises(CreateError, match=r"cannot write \S+package\.xml: No space left"):
+        create_package(NewPackage("mine"), tmp_path)
 
 
 @pytest.mark.parametrize("text", ["", "<package", "<robot/>", '<!DOCTYPE a [<!ENTITY b "c">]><package>&b;</package>'])

@@ -63,7 +63,8 @@ def enable(folder: str | None = None, environ: Mapping[str, str] | None = None) 
         file.write_text(_pth_content(), encoding="utf-8")
     except OSError as error:
         raise SiteError(
-            f"cannot write {error.filename}: {error.strerror}; use a virtual environment of your own (python3 -m venv)"
+            f"cannot write {error.filename or file.parent}: {error.strerror}; "
+            "use a virtual environment of your own (python3 -m venv)"
         ) from error
     return file, errors
 

@@ -61,6 +61,7 @@ def create_package(package: NewPackage, parent: Path) -> list[str]:
         if path.exists() and (path != folder or not path.is_dir()):
             raise CreateError(f"{path} already exists; nothing was changed")
     created = []
+    path = folder
     try:
         for name, text in files.items():
             path = folder / name
@@ -70,10 +71,11 @@ def create_package(package: NewPackage, parent: Path) -> list[str]:
                 path.chmod(0o755)
             created.append(f"{package.name}/{name}")
         for name in _empty_folders(package):
-            (folder / name).mkdir(parents=True, exist_ok=True)
+            path = folder / name
+            path.mkdir(parents=True, exist_ok=True)
             created.append(f"{package.name}/{name}/")
     except OSError as error:
-        raise CreateError(f"cannot write {error.filename}: {error.strerror}") from error
+        raise CreateError(f"cannot write {error.filename or path}: {error.strerror}") from error
     return created
 
 

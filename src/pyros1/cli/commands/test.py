@@ -104,7 +104,7 @@ def _execute(test_run: TestRun, results_path: Path, uses_text: bool) -> int:
         if not uses_text:
             write_results(results_path, "unittest.suite.TestSuite", test_run.runs, out, err)
     except OSError as error:
-        print(f"ERROR: cannot write {error.filename}: {error.strerror}", file=sys.stderr)
+        print(f"ERROR: cannot write {error.filename or log_path}: {error.strerror}", file=sys.stderr)
     if test_run.plan.warnings:
         print("\n[ROSTEST WARNINGS]" + "-" * 62 + "\n", file=sys.stderr)
         for warning in test_run.plan.warnings:

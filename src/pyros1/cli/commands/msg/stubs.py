@@ -30,8 +30,9 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
                 errors.append(str(error))
     except OSError as error:
         raise CommandError(
-            f"cannot write {error.filename}: {error.strerror}. Stubs are written to the installed pyros1: install it "
-            "where you have write permission, for example in a virtual environment"
+            f"cannot write {error.filename or stubs.STUBS_FOLDER}: {error.strerror}. "
+            "Stubs are written to the installed pyros1: install it where you have write permission, for example in a "
+            "virtual environment"
         ) from None
     written_packages = {path.parent.name for path in written_files}
     count = len(packages) - len(errors)
