@@ -99,10 +99,14 @@ process = launch.launch(roslaunch.core.Node("scripted", "run", "second", args="s
 print(process.is_alive(), launch.spin_once())
 process.stop()
 print(f"alive: {process.is_alive()}")
-for node in (roslaunch.core.Node("nowhere", "run", "third"), roslaunch.core.Node("scripted", "run", "x", output="odd")):
+try:
+    launch.launch(roslaunch.core.Node("nowhere", "run", "third"))
+except RLException as error:
+    print(type(error).__name__, error)
+for arguments in ({"name": "x/y"}, {"output": "odd"}, {"cwd": "odd"}):
     try:
-        launch.launch(node)
-    except RLException as error:
+        roslaunch.core.Node("scripted", "run", **arguments)
+    except ValueError as error:
         print(type(error).__name__, error)
 launch.stop()
 print(f"running: {launch.spin_once()}")
@@ -121,5 +125,7 @@ def test_nodes_of_a_program(environ_with_package: dict[str, str]) -> None:
     assert "alive: False" in out
     assert "running: False" in out
     assert "RLException" in out
-    assert "output must be one of 'log', 'screen', not [odd]" in out
+    assert "ValueError node name cannot contain a namespace" in out
+    assert "ValueError output must be one of 'log', 'screen', not [odd]" in out
+    assert "ValueError cwd must be one of 'ROS_HOME', 'node', not [odd]" in out
     assert "pyros1 has no roslaunch.child" in out

@@ -104,8 +104,12 @@ class Node:
         self.required = required
         self.filename = filename
         self.source_plan: Any = None
-        if cwd == "ros-root":
-            raise ValueError("cwd [ros-root] is not supported any more")
+        if "/" in (name or ""):
+            raise ValueError("node name cannot contain a namespace")
+        if output not in (None, "log", "screen"):
+            raise ValueError(f"output must be one of 'log', 'screen', not [{output}]")
+        if cwd not in (None, "ros_home", "ROS_HOME", "node"):
+            raise ValueError(f"cwd must be one of 'ROS_HOME', 'node', not [{cwd}]")
         if not self.package:
             raise ValueError("package must be non-empty")
         if not self.type:
