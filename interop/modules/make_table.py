@@ -87,7 +87,7 @@ These programs, as Debian's packages install them, run unmodified and give the s
 | ports of the classic tutorials, in mixed pairs too | `test_tutorials.py` |
 
 No test opens a window: axclient and axserver print what their windows would show, and camera_calibration's windows are left
-out. Compiled modules, such as PyKDL, are also left out; `tf2_kdl` and `tf_conversions` contain what can be offered in Python.
+out. Compiled modules, such as PyKDL, and `tf2_kdl`, which needs it, are also left out; `tf_conversions` works if PyKDL is installed.
 """
 
 

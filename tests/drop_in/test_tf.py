@@ -59,6 +59,10 @@ for module, word in (("tf2_kdl", "PyKDL"), ("tf2_nothing", "tf2_nothing")):
     except ImportError as error:
         assert word in str(error)
 try:
+    import PyKDL
+except ImportError as error:
+    assert "tf2_kdl" not in str(error), error  # which needs PyKDL itself
+try:
     tf.point_bt_to_msg
 except AttributeError as error:
     print("gone:", error)

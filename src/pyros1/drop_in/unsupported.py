@@ -15,7 +15,7 @@ REASONS = {
     "roslz4": "pyros1.bag reads and writes chunks with LZ4; see lz4 on PyPI",
     "roswtf": "see the command `pyros1 wtf`",
     "rosconsole": "see the command `pyros1 console`",
-    "PyKDL": f"{_COMPILED}; tf2_kdl, tf_conversions.posemath and pyros1.tf.transformations work without it",
+    "PyKDL": f"{_COMPILED}; pyros1.tf.transformations and tf2_geometry_msgs work without it",
     "kdl_parser_py": "it needs PyKDL; see pyros1.urdf",
     "rviz": "see the command `pyros1 web scene`",
     "rqt_gui": "see the command `pyros1 web`",
