@@ -149,6 +149,15 @@ def test_all_programs_of_an_environment(tmp_path: Path) -> None:
     assert not list(tmp_path.iterdir())
 
 
+def test_programs_of_an_environment_that_use_no_ros_import_nothing_of_it(tmp_path: Path) -> None:
+    enable(str(tmp_path), {})
+    program = (
+        f"import site, sys; site.addsitedir({str(tmp_path)!r}); site.execsitecustomize(); site.execusercustomize(); "
+        "print([name for name in sys.modules if name.startswith('pyros1.')])"
+    )
+    assert run(program, {"PYTHONPATH": ""}) == "[]\n"
+
+
 def test_the_file_of_an_environment_is_plain_ascii(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(
         "pyros1.drop_in.environment.DROP_IN_START", "/home/J\xf6rg/\udcff"

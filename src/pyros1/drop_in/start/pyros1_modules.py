@@ -17,6 +17,7 @@ except ImportError:  # Python 2
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 MODULES = os.path.join(os.path.dirname(HERE), "modules")
+STARTUP_MODULES = ("sitecustomize", "usercustomize")  # Python looks for them each time it starts
 
 
 class PlaceholderFinder(object):
@@ -26,6 +27,8 @@ class PlaceholderFinder(object):
 
     def find_spec(self, name, path=None, target=None):
         if path is not None or name in getattr(sys, "stdlib_module_names", ()) or name.startswith("pyros1"):
+            return None
+        if name in STARTUP_MODULES:
             return None
         # Python holds the import lock now. Other threads that import the modules needed here may be waiting for it.
         try:
