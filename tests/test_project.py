@@ -246,6 +246,15 @@ def test_what_the_release_adds_is_part_of_the_project(tmp_path: Path) -> None:
     }
 
 
+def test_the_source_distribution_has_nothing_that_was_built() -> None:
+    grafted, pruned = (
+        {line.split()[1] for line in (ROOT / "MANIFEST.in").read_text().splitlines() if line.startswith(f"{command} ")}
+        for command in ("graft", "prune")
+    )
+    built = {"interop/build", "tests/javascript/node_modules"}  # by interop/setup and tests/javascript/check
+    assert {name for name in built if name.partition("/")[0] in grafted} == pruned
+
+
 def test_top_level_folders() -> None:
     allowed = {"src", "tests", "launch", "interop", "build", "dist"}
     found = {path.name for path in ROOT.iterdir() if path.is_dir() and not path.name.startswith((".", "__"))}
