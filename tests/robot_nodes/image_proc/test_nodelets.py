@@ -180,7 +180,7 @@ def test_resize_and_crop_decimate(camera: Camera, make_node: Callable[..., Any])
     images, infos = camera.listen("/part/image_raw"), camera.listen("/part/camera_info", CameraInfo)
     found = camera.publish_until(images, "rgb8", rgb)
     assert (found.height, found.width) == (12, 2)
-    assert infos.get(timeout=PATIENCE).binning_x == 2
+    assert camera.publish_until(infos, "rgb8", rgb).binning_x == 2
 
 
 def test_the_interpolation_can_be_changed_at_any_time(
