@@ -102,12 +102,21 @@ def test_what_cannot_be_made(tmp_path: Path, new: NewPackage, text: str) -> None
 
 
 def test_a_full_disk_is_reported_with_the_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def write_nothing(path: Path, text: str, encoding: str) -> None:
-        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))  # without a file name, as from a write
+    def write_some(path: Path, text: str, encoding: str) -> None:
+        path.write_bytes(text.encode()[:9])
+        if path.name == "minimal_subscriber":
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))  # without a file name, as from a write
 
-    monkeypatch.setattr(Path, "write_text", write_nothing)
-    with pytest.raises(CreateError, match=r"cannot write \S+package\.xml: No space left"):
-        create_package(NewPackage("mine"), tmp_path)
+    new = NewPackage("mine", examples=True)
+    (tmp_path / "mine" / "launch").mkdir(parents=True)
+    with (
+        monkeypatch.context() as patch,
+        pytest.raises(CreateError, match=r"cannot write \S+minimal_subscriber: No space left"),
+    ):
+        patch.setattr(Path, "write_text", write_some)
+        create_package(new, tmp_path)
+    assert [*tmp_path.rglob("*")] == [tmp_path / "mine", tmp_path / "mine" / "launch"], "a part of the package is left"
+    create_package(new, tmp_path)
 
 
 @pytest.mark.parametrize("text", ["", "<package", "<robot/>", '<!DOCTYPE a [<!ENTITY b "c">]><package>&b;</package>'])

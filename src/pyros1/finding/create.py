@@ -6,6 +6,7 @@ import keyword
 import os
 import re
 from collections.abc import Collection
+from contextlib import suppress
 from html import escape  # also escapes for XML; xml.sax is slow to import
 from pathlib import Path
 
@@ -48,8 +49,8 @@ def create_package(package: NewPackage, parent: Path) -> list[str]:
         The paths of the new files and folders relative to ``parent``, in order; folders have a trailing slash.
 
     Raises:
-        CreateError: the name or version is not valid; a file already exists, in which case nothing is written; or a
-            file cannot be written.
+        CreateError: the name or version is not valid; a file already exists; or a file cannot be written. No part of
+            the package is left then.
     """
     if not re.fullmatch(r"[^\W]([\w-]*)", package.name):
         raise CreateError(f"'{package.name}' is not a valid package name: {package_name_problem(package.name)}")
@@ -61,22 +62,35 @@ def create_package(package: NewPackage, parent: Path) -> list[str]:
         if path.exists() and (path != folder or not path.is_dir()):
             raise CreateError(f"{path} already exists; nothing was changed")
     created = []
+    new_paths: list[Path] = []
     path = folder
     try:
         for name, text in files.items():
             path = folder / name
-            path.parent.mkdir(parents=True, exist_ok=True)
+            _make_folder(path.parent, new_paths)
+            new_paths.append(path)
             path.write_text(text, encoding="utf-8")
             if text.startswith("#!") or name.startswith("scripts/"):
                 path.chmod(0o755)
             created.append(f"{package.name}/{name}")
         for name in _empty_folders(package):
             path = folder / name
-            path.mkdir(parents=True, exist_ok=True)
+            _make_folder(path, new_paths)
             created.append(f"{package.name}/{name}/")
     except OSError as error:
+        for new_path in reversed(new_paths):  # otherwise a part of the package would block the next try
+            with suppress(OSError):
+                (new_path.rmdir if new_path.is_dir() else new_path.unlink)()
         raise CreateError(f"cannot write {error.filename or path}: {error.strerror}") from error
     return created
+
+
+def _make_folder(folder: Path, new_paths: list[Path]) -> None:
+    """Make a folder and those above it, and append the new ones to a list."""
+    for path in reversed([folder, *folder.parents]):
+        if not path.is_dir():
+            path.mkdir()
+            new_paths.append(path)
 
 
 def _empty_folders(package: NewPackage) -> list[str]:

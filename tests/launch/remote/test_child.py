@@ -144,7 +144,7 @@ def test_without_a_parent_there_is_nothing_to_do(environ: dict[str, str]) -> Non
 
 def test_log_files_that_cannot_be_written_are_said(environ: dict[str, str], tmp_path: Path) -> None:
     (tmp_path / "file").touch()
-    with pytest.raises(LaunchError, match="cannot write log files: "):
+    with pytest.raises(LaunchError, match=r"cannot write log files: .*\. Set ROS_LOG_DIR "):
         make_child("http://127.0.0.1:1/", {**environ, "ROS_LOG_DIR": str(tmp_path / "file")})
 
 

@@ -22,7 +22,7 @@ from pyros1.launch.reading.loader import STDIN_NAME, load_plan
 from pyros1.launch.reading.resources import Resources
 from pyros1.launch.running.api import LaunchServer, Response
 from pyros1.launch.running.console import Console
-from pyros1.launch.running.logs import make_run_folder, run_log
+from pyros1.launch.running.logs import open_run_log, run_log
 from pyros1.launch.running.options import Options
 from pyros1.launch.running.process import Process
 from pyros1.launch.running.starting import RunInfo, Starter
@@ -148,14 +148,9 @@ class Child:
         self.name = name
         self._resources = resources
         self._options = options
-        try:
-            folder = make_run_folder(environ, run_id)
-            log = run_log(folder)
-            self._log = log.open("a", encoding="utf-8", errors="replace")
-        except OSError as error:
-            raise LaunchError(f"cannot write log files: {error.strerror}: {error.filename}") from error
+        folder, self._log = open_run_log(environ, run_id)
         self._local_console = Console()
-        self._local_console.line(f"... logging to {log}")
+        self._local_console.line(f"... logging to {self._log.name}")
         try:
             self._parent = Parent(name, parent_uri)
         except Error:
@@ -163,7 +158,7 @@ class Child:
             raise
         self._console = _ParentConsole(self._parent)
         self._console.log_to(self._log)
-        self._run = RunInfo(master_uri(environ, {}), run_id, folder, log)
+        self._run = RunInfo(master_uri(environ, {}), run_id, folder, run_log(folder))
         self._supervisor = Supervisor(
             self._console,
             sigint_timeout=options.sigint_timeout,

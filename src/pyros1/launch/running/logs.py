@@ -6,6 +6,7 @@ import os
 import socket
 from collections.abc import Mapping
 from pathlib import Path
+from typing import TextIO
 
 from pyros1.ground.errors import LaunchError
 from pyros1.ground.terminal_text import one_line
@@ -45,6 +46,25 @@ def make_run_folder(environ: Mapping[str, str], run_id: str) -> Path:
 def run_log(folder: Path) -> Path:
     """Return the path of this launcher's own log file in a run's folder."""
     return folder / f"roslaunch-{socket.gethostname()}-{os.getpid()}.log"
+
+
+def open_run_log(environ: Mapping[str, str], run_id: str) -> tuple[Path, TextIO]:
+    """Create a run's folder, and open this launcher's own log file in it.
+
+    Returns:
+        The folder, and the file, opened for appending.
+
+    Raises:
+        LaunchError: the run id is not valid, or the log file cannot be written.
+    """
+    try:
+        folder = make_run_folder(environ, run_id)
+        return folder, run_log(folder).open("a", encoding="utf-8", errors="replace")
+    except OSError as error:
+        raise LaunchError(
+            f"cannot write log files: {error.strerror}: {error.filename}. "
+            "Set ROS_LOG_DIR (or ROS_HOME, for other files too) to a folder with write permission"
+        ) from error
 
 
 def _update_link(link: Path, target: Path) -> None:

@@ -36,7 +36,7 @@ from pyros1.launch.running.console import Console
 from pyros1.launch.running.core import ROSVERSION, Core, write_pid_file
 from pyros1.launch.running.core_file import CoreFile, read_core_file
 from pyros1.launch.running.core_journal import CoreJournal, set_aside_journal
-from pyros1.launch.running.logs import make_run_folder, ros_home, run_log
+from pyros1.launch.running.logs import open_run_log, ros_home, run_log
 from pyros1.launch.running.options import Options
 from pyros1.launch.running.process import Process
 from pyros1.launch.running.screen import Screen
@@ -273,13 +273,8 @@ class Session:
         elif self._core_journal is not None:
             run_id = run_id or self._core_journal.previous_run_id
         run_id = run_id or str(uuid.uuid1())
-        try:
-            folder = make_run_folder(self.environ, run_id)
-            log = run_log(folder)
-            self._log = log.open("a", encoding="utf-8", errors="replace")
-        except OSError as error:
-            raise LaunchError(f"cannot write log files: {error.strerror}: {error.filename}") from error
-        self.console.line(f"... logging to {log}")
+        folder, self._log = open_run_log(self.environ, run_id)
+        self.console.line(f"... logging to {self._log.name}")
         self.console.log_to(self._log)
         return run_id, folder
 

@@ -99,7 +99,7 @@ class Node:
         self.env_args = env_args or []
         self.process_name: str | None = None
         self.output = output
-        self.cwd = cwd
+        self.cwd = "ROS_HOME" if cwd == "ros_home" else cwd
         self.launch_prefix = launch_prefix or None
         self.required = required
         self.filename = filename
