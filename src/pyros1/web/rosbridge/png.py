@@ -21,6 +21,9 @@ from pyros1.web.rosbridge.operations import BridgeError
 
 _COMPRESSION_LEVEL = 1
 """PNG compression level: higher levels take several times as long, and save only a few percent."""
+_SAMPLES = 4
+_SAMPLE_BYTES = 4096
+"""How many parts of a frame, of which size, are tried to find out whether it has repetitions."""
 
 
 def pack(text: str) -> str:
@@ -37,8 +40,25 @@ def pack(text: str) -> str:
     rows[:, 0] = 0  # no filter
     padded = data.ljust(3 * width * height, b"\n")
     rows[:, 1:] = np.frombuffer(padded, np.uint8).reshape(height, 3 * width)
-    file = make_file(width, height, 8, 3, zlib.compress(rows.tobytes(), _COMPRESSION_LEVEL))
+    content = rows.tobytes()
+    file = make_file(width, height, 8, 3, _compress(content, _strategy(content)))
     return str(binascii.b2a_base64(file, newline=False), "ascii")
+
+
+def _strategy(data: bytes) -> int:
+    """Return zlib's strategy for some data: base64 of noisy images hardly has repetitions, so searching for them would
+    only take five times as long.
+    """
+    step = max(1, len(data) // _SAMPLES)
+    sample = b"".join(data[start : start + _SAMPLE_BYTES] for start in range(0, len(data), step))
+    without_search = len(_compress(sample, zlib.Z_HUFFMAN_ONLY))
+    is_useless = without_search <= len(_compress(sample, zlib.Z_DEFAULT_STRATEGY))
+    return zlib.Z_HUFFMAN_ONLY if is_useless else zlib.Z_DEFAULT_STRATEGY
+
+
+def _compress(data: bytes, strategy: int) -> bytes:
+    compressor = zlib.compressobj(_COMPRESSION_LEVEL, strategy=strategy)
+    return compressor.compress(data) + compressor.flush()
 
 
 def unpack(data: str, limit: int) -> bytes:
