@@ -23,7 +23,6 @@ from typing import NamedTuple
 from pyros1.master.server import Master
 
 SECONDS = 6.0
-_TICKS = os.sysconf("SC_CLK_TCK")
 
 
 class Load(NamedTuple):
@@ -70,9 +69,13 @@ class Process:
         return self.process.stdout.readline().strip()
 
     def cpu(self) -> float:
-        """Return the processor time that it has used in seconds."""
-        fields = Path(f"/proc/{self.process.pid}/stat").read_text().rpartition(")")[2].split()
-        return (int(fields[11]) + int(fields[12])) / _TICKS
+        """Return the processor time that its threads have used in seconds.
+
+        The times in ``/proc/PID/stat`` would not do: many kernels only count what runs at each tick of their clock, at
+        which sleeping programs like these often wake up.
+        """
+        tasks = Path(f"/proc/{self.process.pid}/task").iterdir()
+        return sum(int((task / "schedstat").read_text().split()[0]) for task in tasks) / 1e9
 
     def memory(self) -> float:
         """Return its memory in MB, without what it shares with other programs."""

@@ -64,7 +64,8 @@ class DeferredActions:
         self.dropped = 0
         self._clock = clock
         self._withdrawn_at: dict[_Key, float] = {}
-        self._changed = threading.Condition()
+        self._lock = threading.Lock()
+        self._changed = threading.Condition(self._lock)
         self._pending: dict[_Key, _PendingActions] = {}
         self._failed: dict[_Key, _PendingActions] = {}
         self._busy: _Key | None = None
@@ -78,7 +79,7 @@ class DeferredActions:
     def put(self, action: Change) -> None:
         """Add an action."""
         key = _key(action)
-        with self._changed:
+        with self._lock:
             pending = self._failed.pop(key, None)
             pending = self._pending.setdefault(key, pending or _PendingActions())
             if isinstance(action, SetOrigins):
@@ -98,7 +99,7 @@ class DeferredActions:
         `Forget` discards its source's held messages, and is never held itself.
         """
         local = action.local
-        with self._changed:
+        with self._lock:
             if isinstance(action, Forget):
                 gone = self._held.get(local, {}).pop(action.source, ())
                 self._count_waiting(-1, [message for _, message in gone])
@@ -132,8 +133,10 @@ class DeferredActions:
         key = (False, local, None)
         if key == self._busy and self._popped.replaces_publisher:
             return True
-        found = (self._pending.get(key), self._failed.get(key))
-        return any(pending is not None and pending.replaces_publisher for pending in found)
+        for actions in (self._pending, self._failed):
+            if (pending := actions.get(key)) is not None and pending.replaces_publisher:
+                return True
+        return False
 
     def _drop_expired(self, messages: deque[tuple[int, Publish]]) -> None:
         """Drop the oldest messages of a source as far as they are too old, so that they take no room from new ones."""
@@ -160,7 +163,7 @@ class DeferredActions:
         Args:
             timeout: maximum seconds to wait; after that, the list may be empty.
         """
-        with self._changed:
+        with self._lock:
             if self._busy is not None:
                 self._fail(self._popped.actions())
             key = self._next_due()
@@ -190,7 +193,7 @@ class DeferredActions:
 
     def finish_if_nothing_waits(self) -> bool:
         """Mark the popped actions as done, unless messages are waiting for them; return whether they were marked."""
-        with self._changed:
+        with self._lock:
             if self._busy is not None and self._busy[1] in self._held:
                 return False
             self._finish()
@@ -198,7 +201,7 @@ class DeferredActions:
 
     def finish(self) -> list[Publish]:
         """Mark the popped actions as done, and return the messages that waited for them, in order, unless too old."""
-        with self._changed:
+        with self._lock:
             return self._finish()
 
     def _finish(self) -> list[Publish]:
@@ -221,7 +224,7 @@ class DeferredActions:
         """Record that some of the popped actions failed: `retry` queues them again, unless newer ones have superseded
         them.
         """
-        with self._changed:
+        with self._lock:
             self._fail(actions)
 
     def _fail(self, actions: list[Change]) -> None:
@@ -242,13 +245,13 @@ class DeferredActions:
 
     def retry(self) -> None:
         """Queue the failed actions again."""
-        with self._changed:
+        with self._lock:
             self._pending.update(self._failed)
             self._failed.clear()
 
     def wake(self) -> None:
         """Wake the thread that waits in `pop`, or let the next `pop` return at once."""
-        with self._changed:
+        with self._lock:
             self._is_woken = True
             self._changed.notify_all()
 

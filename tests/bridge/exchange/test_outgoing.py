@@ -23,7 +23,7 @@ MD5 = "992ce8a1687cec8c8bd883ec73ca41d1"
 def make(latched: bool = False, **rule: Any) -> OutgoingTopic:
     settings = Rule(Pattern("/t"), **rule).settings("/t", "std_msgs/String")
     topic = OutgoingTopic(OfferedTopic(TOPIC, "std_msgs/String", MD5, latched, settings.reliable), settings, 7)
-    topic.requests = {"base": 0.0}
+    topic.set_requests({"base": 0.0})
     return topic
 
 
@@ -70,9 +70,9 @@ def test_a_rate_counts_for_each_publisher() -> None:
 
 def test_the_rate_that_sites_want() -> None:
     topic = make(rate=10.0)
-    topic.requests = {"base": 2.0, "blue": 4.0}
+    topic.set_requests({"base": 2.0, "blue": 4.0})
     assert sum(isinstance(topic.take(message(), step / 100), NumberedMessage) for step in range(1000)) in (40, 41)
-    topic.requests = {"base": 2.0, "blue": 4.0, "green": 0.0}  # all
+    topic.set_requests({"base": 2.0, "blue": 4.0, "green": 0.0})  # all
     assert sum(isinstance(topic.take(message(), 20 + step / 100), NumberedMessage) for step in range(1000)) in (
         100,
         101,
@@ -81,10 +81,10 @@ def test_the_rate_that_sites_want() -> None:
 
 def test_a_slow_request_does_not_hold_up_a_faster_one_that_comes_later() -> None:
     topic = make()
-    topic.requests = {"red": 0.001}
+    topic.set_requests({"red": 0.001})
     assert number(topic.take(message(), 0.0)) == 1
     assert topic.take(message(), 1.0) == DropReason.RATE
-    topic.requests = {"red": 0.001, "green": 10.0}
+    topic.set_requests({"red": 0.001, "green": 10.0})
     assert topic.take(message(), 1.2) == DropReason.RATE
     assert number(topic.take(message(), 1.3)) == 2
 

@@ -77,4 +77,4 @@ def _reason_to_drop(
     # An earlier run of this site may have delivered messages sent before this run wanted the topic.
     if age > now - incoming.wanted_since + _EARLY_TOLERANCE:
         return DropReason.EARLY
-    return incoming.reason_to_limit(head.publisher, now)
+    return incoming.reason_to_limit(head.publisher, now) if settings.rate else None

@@ -47,9 +47,8 @@ class IncomingTopic:
         self._due: dict[int, float] = {}  # publisher -> when its next message may be delivered
 
     def reason_to_limit(self, publisher: int, now: float) -> str | None:
-        """Return why a message must be dropped to keep to the topic's rate; None if it may be delivered."""
-        if not self.settings.rate:
-            return None
+        """Return why a message of a topic with a limited rate must be dropped; None if it may be delivered."""
+        assert self.settings.rate
         period = 1.0 / self.settings.rate
         if publisher not in self._due and len(self._due) >= _MAX_PUBLISHERS:
             self._due = {each: due for each, due in self._due.items() if due > now}

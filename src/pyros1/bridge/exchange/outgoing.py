@@ -13,7 +13,6 @@ from collections import deque
 from collections.abc import Collection, Mapping
 from typing import NamedTuple
 
-from pyros1.bridge.names import SharedName
 from pyros1.bridge.protocol.packets import MAX_NUMBERS, Flag, LatchedList, MessageHead, OfferedTopic, ResendRequest
 from pyros1.bridge.rules.rules import Settings
 
@@ -68,12 +67,13 @@ class OutgoingTopic:
     """A topic that is offered to other sites.
 
     Args:
-        offered: how it is offered; `latched` may change.
+        offered: how it is offered; all but its name may change.
         settings: how its messages are sent.
         epoch: this site's epoch.
 
     Attributes:
-        requests: the sites that want it, and each one's rate; 0 for all messages.
+        topic: its name among sites.
+        requests: the sites that want it, and each one's rate; 0 for all messages. See `set_requests`.
         last: the number of the last message.
     """
 
@@ -81,7 +81,8 @@ class OutgoingTopic:
         self.offered = offered
         self.settings = settings
         self.last = 0
-        self._requests: dict[str, float] = {}
+        self.topic = offered.topic
+        self.requests: Mapping[str, float] = {}
         self._period = 1.0 / settings.rate if settings.rate else None
         self._epoch = epoch
         self._publishers: dict[str, int] = {}
@@ -93,19 +94,9 @@ class OutgoingTopic:
         self._history: deque[NumberedMessage] = deque()
         self._history_bytes = 0
 
-    @property
-    def topic(self) -> SharedName:
-        """The topic's name among sites."""
-        return self.offered.topic
-
-    @property
-    def requests(self) -> Mapping[str, float]:
-        """See `OutgoingTopic`."""
-        return self._requests
-
-    @requests.setter
-    def requests(self, requests: Mapping[str, float]) -> None:
-        self._requests = dict(requests)
+    def set_requests(self, requests: Mapping[str, float]) -> None:
+        """Set `requests`, from now on."""
+        self.requests = requests
         limits = [self.settings.rate] if self.settings.rate else []
         if requests and all(requests.values()):
             limits.append(max(requests.values()))

@@ -256,9 +256,10 @@ class Site:
             head, body: the packet.
             now: the current time.
         """
-        if key.site == self.name:
+        site = self._rules.site
+        if key.site == site:
             return self._on_namesake()
-        if not self._rules.talks_to(key.site) or key.receiver not in ("", self.name):
+        if not self._rules.talks_to(key.site) or key.receiver not in ("", site):
             return []
         try:
             if key.topic is not None and key.channel is Channel.CALL:

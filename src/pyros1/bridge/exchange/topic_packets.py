@@ -39,6 +39,8 @@ class TopicPackets:
     def of_message(self, topic: OutgoingTopic, message: NumberedMessage, separate: Collection[str]) -> list[Send]:
         """Return the packets for a message: one for all sites that want it, and those for sites that get their own."""
         head = message.head
+        if not separate:
+            return [_of_message(topic, message, topic_key(topic.topic), head)]
         packets = [
             _of_message(
                 topic, message, direct_topic_key(peer, topic.topic), head._replace(to_epoch=self.epochs.get(peer, 0))

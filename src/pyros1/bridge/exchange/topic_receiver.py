@@ -365,7 +365,8 @@ class TopicReceiver:
         if head.md5sum != incoming.offered.md5sum:
             incoming.flow.drop(DropReason.TYPE)
             return []
-        return self._deliver((peer, topic), incoming, incoming.stream.accept(head, body, now), now)
+        deliveries = incoming.stream.accept(head, body, now)
+        return deliver((peer, topic), incoming, deliveries, self._peers[peer].clock, self._outputs, now)
 
     def _deliver(self, feed: Feed, incoming: IncomingTopic, deliveries: Iterable[Delivery], now: float) -> list[Action]:
         return deliver(feed, incoming, deliveries, self._peers[feed[0]].clock, self._outputs, now)

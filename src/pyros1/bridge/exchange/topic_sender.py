@@ -192,7 +192,7 @@ class TopicSender:
                     if other.topic.requests:
                         sent.topic.copy_latched(other.topic)
                         break
-            sent.topic.requests = requests
+            sent.topic.set_requests(requests)
             if not requests:
                 sent.topic.forget_all()
             elif sent.topic.offered.latched:

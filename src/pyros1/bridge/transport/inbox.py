@@ -29,8 +29,11 @@ _PACKET_COST = 2_000
 """The fixed cost of a packet, in units of the time to copy a byte."""
 _CONTROL_FACTOR = 20
 """The time to parse a byte of JSON, as a multiple of the time to copy a byte."""
-_CHEAP_COST = 1_000_000
-"""Maximum cost of a packet that is handled without queueing, which delays others: about a millisecond."""
+_CHEAP_MESSAGE = 1_000_000
+_CHEAP_CONTROL = _CHEAP_MESSAGE // _CONTROL_FACTOR
+"""Maximum size of the body of a message, and of another packet, that is handled without queueing, which delays other
+packets: this takes about a millisecond.
+"""
 
 Received = tuple[Key, bytes, bytes]
 """A received packet: key, head and body."""
@@ -99,7 +102,7 @@ class Inbox:
     @staticmethod
     def is_cheap(packet: Received) -> bool:
         """Return whether a packet takes so little time that it need not wait here for its turn."""
-        return _cost(packet) <= _CHEAP_COST
+        return len(packet[2]) <= (_CHEAP_MESSAGE if packet[0].topic is not None else _CHEAP_CONTROL)
 
     def put(self, packet: Received) -> None:
         """Add a packet. If too many messages from its site wait, the oldest is dropped; if too many of its other

@@ -38,15 +38,15 @@ class Outbox:
 
     Attributes:
         drops: key -> reason -> how many packets were dropped.
-        waiting_bytes: total size of the waiting packets.
+        waiting_packets: number of waiting packets.
+        waiting_bytes: their total size.
     """
 
     def __init__(self, max_bytes: int = OUTBOX_BYTES, max_packets: int = OUTBOX_PACKETS) -> None:
         self.drops: dict[str, dict[str, int]] = {}
-        self.waiting_bytes = 0
+        self.waiting_packets = self.waiting_bytes = 0
         self._max_bytes = max_bytes
         self._max_packets = max_packets
-        self._count = 0
         self._numbers = count()
         # For each priority: packet number -> packet, in sending order.
         self._queues: dict[Priority, dict[int, _QueuedPacket]] = {priority: {} for priority in Priority}
@@ -54,7 +54,7 @@ class Outbox:
         self._replaceable: dict[tuple[str, int, Priority], list[int]] = {}
 
     def __len__(self) -> int:
-        return self._count
+        return self.waiting_packets
 
     def put(self, packet: Send, now: float) -> None:
         """Add a packet. If there are too many, the oldest of the lowest priority are dropped.
@@ -79,13 +79,13 @@ class Outbox:
             numbers.append(self._append(queue, packet, now))
         else:
             self._append(queue, packet, now)
-        while self.waiting_bytes > self._max_bytes or self._count > self._max_packets:
+        while self.waiting_bytes > self._max_bytes or self.waiting_packets > self._max_packets:
             if not self.drop_one():
                 break
 
     def drop_one(self) -> bool:
         """Drop the oldest packet of the lowest priority, and return True; return False if only one packet is left."""
-        if self._count <= 1:
+        if self.waiting_packets <= 1:
             return False
         lowest = next(waiting for waiting in reversed(self._queues.values()) if waiting)
         number = next(iter(lowest))
@@ -100,13 +100,13 @@ class Outbox:
     def _append(self, queue: dict[int, _QueuedPacket], packet: Send, now: float) -> int:
         number = next(self._numbers)
         queue[number] = _QueuedPacket(packet, now)
-        self._count += 1
+        self.waiting_packets += 1
         self.waiting_bytes += _size(packet)
         return number
 
     def _remove(self, queue: dict[int, _QueuedPacket], number: int) -> Send:
         packet = queue.pop(number).packet
-        self._count -= 1
+        self.waiting_packets -= 1
         self.waiting_bytes -= _size(packet)
         return packet
 

@@ -80,6 +80,7 @@ class ZenohSession:
 
     Attributes:
         problem: why there is no connection, if known; empty if there is one.
+        is_closing: whether the session is closed or closing.
         zenoh: the module.
         session: zenoh's session; None until there is one.
         lock: guards the session's declarations.
@@ -94,6 +95,7 @@ class ZenohSession:
 
         self.zenoh = zenoh
         self.problem = ""
+        self.is_closing = False
         self.session: Any = None
         self.lock = threading.Lock()
         priority = zenoh.Priority
@@ -118,11 +120,6 @@ class ZenohSession:
             threading.Thread(
                 target=self._open_client, args=(config, connect[0]), name="bridge: dial", daemon=True
             ).start()
-
-    @property
-    def is_closing(self) -> bool:
-        """Whether the session is closed or closing."""
-        return self._closing.is_set()
 
     def on_open(self) -> None:
         """Make declarations in the new session. Called with the lock held."""
@@ -165,6 +162,7 @@ class ZenohSession:
 
     def close(self) -> None:
         """Close the connections. This takes at most `CLOSE_TIME`; zenoh's own close may wait for a hung peer."""
+        self.is_closing = True
         self._closing.set()
         with self.lock:
             self.on_close()
