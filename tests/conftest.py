@@ -10,8 +10,10 @@ import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
+from weakref import WeakKeyDictionary
 
 import pytest
+from _pytest.capture import FDCapture
 from hypothesis import settings
 
 from pyros1.master.server import Master
@@ -36,6 +38,25 @@ def no_thread_survives() -> Iterator[None]:
         thread.join(max(0.0, until - time.monotonic()))
     alive = [thread.name for thread in left if thread.is_alive()]
     assert not alive, f"threads left running: {alive}"
+
+
+@pytest.fixture(autouse=True, scope="session")
+def no_output_is_lost() -> Iterator[None]:
+    """Let ``capfd.readouterr()`` read what is new. By itself, it empties the file that it has read, and what other
+    threads write meanwhile, such as a node's log, with it.
+    """
+    positions: WeakKeyDictionary[FDCapture, int] = WeakKeyDictionary()
+
+    def read_new(self: FDCapture) -> str:
+        file = self.tmpfile.fileno()
+        begin = positions.get(self, 0)
+        data = os.pread(file, os.fstat(file).st_size - begin, begin)
+        positions[self] = begin + len(data)
+        return data.decode(errors="replace")
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(FDCapture, "snap", read_new)
+        yield
 
 
 @pytest.fixture(autouse=True)
