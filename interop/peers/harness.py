@@ -9,6 +9,7 @@ import importlib.util
 import json
 import os
 import re
+import selectors
 import shutil
 import signal
 import subprocess
@@ -96,6 +97,9 @@ def stacks(pid: int) -> str:
 class Process:
     """A child process whose output is collected line by line, stdout and stderr together.
 
+    They are two pipes, so that a line of the log does not come in the middle of what another thread prints: when output
+    is unbuffered, Python writes each argument of ``print`` by itself.
+
     Args:
         command: program and arguments.
         environ: the whole environment.
@@ -113,7 +117,7 @@ class Process:
             env=dict(environ),
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
+            stderr=subprocess.PIPE,
             start_new_session=True,  # its own process group, which teardown kills as one
         )
         self._reader = threading.Thread(target=self._read, name=f"output of {self.label}", daemon=True)
@@ -124,15 +128,28 @@ class Process:
         return self.child.pid
 
     def _read(self) -> None:
-        assert self.child.stdout is not None
-        for raw in self.child.stdout:
-            line = raw.decode("utf-8", "replace").rstrip("\n")
-            with self._changed:
-                self.lines.append(line)
-                self._unread.append(line)
-                self._changed.notify_all()
+        with selectors.DefaultSelector() as selector:
+            rests: dict[int, bytes] = {}
+            for stream in (self.child.stdout, self.child.stderr):
+                assert stream is not None
+                selector.register(stream, selectors.EVENT_READ)
+                rests[stream.fileno()] = b""
+            while selector.get_map():
+                for key, _ in selector.select():
+                    data = os.read(key.fd, 1 << 16)
+                    *lines, rests[key.fd] = (rests[key.fd] + data).split(b"\n")
+                    if not data:
+                        selector.unregister(key.fileobj)
+                        lines = [rests[key.fd]] if rests[key.fd] else []
+                    self._add([line.decode("utf-8", "replace") for line in lines])
         with self._changed:
             self._ended = True
+            self._changed.notify_all()
+
+    def _add(self, lines: list[str]) -> None:
+        with self._changed:
+            self.lines += lines
+            self._unread += lines
             self._changed.notify_all()
 
     def wait_line(self, pattern: str, timeout: float = DEADLINE) -> re.Match[str]:
@@ -204,9 +221,10 @@ class Process:
             with contextlib.suppress(ProcessLookupError):
                 os.kill(pid, signal.SIGKILL)
         self._reader.join(5.0)
-        for stream in (self.child.stdin, self.child.stdout):
-            # Closing a stream that another thread reads would wait for that thread.
-            if stream is not None and not (stream is self.child.stdout and self._reader.is_alive()):
+        # A stream that another thread reads stays open: it would read another file with the same number.
+        read = () if self._reader.is_alive() else (self.child.stdout, self.child.stderr)
+        for stream in (self.child.stdin, *read):
+            if stream is not None:
                 with contextlib.suppress(BrokenPipeError):  # unsent input of a process that is gone
                     stream.close()
 
