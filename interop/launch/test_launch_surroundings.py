@@ -84,8 +84,8 @@ def told(who: str, folder: Path) -> dict[str, str]:
     found["screen"] += re.sub(r"[^\n]*\n", lambda line: line[0] if line[0].startswith("out ") else "", out)
     found["errors"] = "".join(sorted(line for line in err.splitlines(True) if line.startswith("err ")))
     for name, text in found.items():
-        lines = text.replace(str(folder / who), "WHO").replace(str(port), "PORT").replace(run.name, "RUN")
-        lines = re.sub(r"roslaunch-(.*)-\d+\.log", r"roslaunch-\1-PID.log", lines)
+        lines = re.sub(r"roslaunch-(.*)-\d+\.log", r"roslaunch-\1-PID.log", text)  # first: it may equal the port
+        lines = lines.replace(str(folder / who), "WHO").replace(f":{port}", ":PORT").replace(run.name, "RUN")
         found[name] = re.sub(r"/proc/\d+/fd/pipe:\[\d+\]", "pipe\n", lines)
     found.pop("log rosout-1-stdout.log", None)  # stock's rosout is a process
     return found
