@@ -13,7 +13,7 @@ from pyros1.bridge.exchange.services.served import LocalService
 from pyros1.bridge.protocol.calls import Status
 
 if TYPE_CHECKING:
-    from .simulation import SimulatedSite
+    from .simulated_site import SimulatedSite
 
 SERVICES = ("/add", "/fail")
 PATIENCE = 60.0
