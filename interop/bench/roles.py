@@ -11,6 +11,7 @@ pyros1), ``seconds``, ``size`` (bytes of an image's data), ``wait`` (subscribers
 | sub | counts callbacks | rate (/s), mb (MB/s) |
 | echo, ping | answer / round trips, to the callback; ``count`` topics at 100 Hz beside | p50, p99 (us) |
 | rate | publishes at 1 kHz by the library's Rate | jitter50, jitter99 (us), cpu (% of one core) |
+| arrivals | hears what `rate` publishes | jitter50, jitter99 of the intervals (us) |
 | sense, control, act | a 1 kHz loop of three processes | cpu (% of one core); act: p50, p99 (us) from end to end |
 | beats, hears | publish / subscribe to ``count`` topics at 100 Hz | cpu (% of one core) |
 | tf_sends, tf_hears | TFMessages at 1 kHz (C++ only) / a listener with its buffer | cpu (us per message) |

@@ -91,6 +91,9 @@ def latency() -> Iterator[Row]:
     steps = {kind: Together((Program(kind, "sub"), Program(kind, "rate"))) for kind in COLUMNS}
     jitter = "publisher at 1 kHz: interval off by, 99 %"
     yield Row("latency", jitter, "us", "jitter99", steps, at_least(roscpp=0.667), less=True)
+    heard = {kind: Together((Program(OURS, "arrivals"), Program(kind, "rate")), talking=0) for kind in COLUMNS}
+    arrivals = "publisher at 1 kHz: interval of arrivals off by, 99 %"
+    yield Row("latency", arrivals, "us", "jitter99", heard, at_least(roscpp=0.667), less=True)
     yield Row("latency", "publisher at 1 kHz: CPU", "% of a core", "cpu", steps, at_least(rospy=1), less=True)
 
 

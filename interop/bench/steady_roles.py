@@ -30,6 +30,17 @@ class SteadyRoles(RoleParts):
             late.append(abs(last - before - 0.001))
         figures(jitter50=share(late, 0.5), jitter99=share(late, 0.99), cpu=cpu.percent())
 
+    def arrivals(self) -> None:
+        """How steadily the messages of `rate` arrive, whoever publishes them."""
+        times: list[float] = []
+        self.library.subscribe("bench", self._class(), lambda _: times.append(now()), self.queue)
+        ready()
+        self._settle(lambda: times)
+        first = len(times)
+        time.sleep(self.seconds)
+        off = [abs(after - before - 0.001) for before, after in itertools.pairwise(times[first:])]
+        figures(jitter50=share(off, 0.5), jitter99=share(off, 0.99))
+
     def sense(self) -> None:
         """The sensor of a loop. A message is the time at which it was measured."""
         publisher, message = self.library.advertise("sensed", self._class(), self.queue), self._message()

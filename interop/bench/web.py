@@ -1,11 +1,13 @@
-"""What `pyros1 web` costs under load: CPU and memory of the server, frames per second and memory of the page.
+"""What `pyros1 web` costs under load: CPU and memory of the server, what it sends, and frames per second and memory of
+the page.
 
 ::
 
-    python interop/bench/web.py [--seconds 10]
+    python interop/bench/web.py [--seconds 10] [--under CONDITION]
 
 Needs pyros1[test] and Debian's chromium and chromium-driver. The page is drawn without a graphics card, so a
-machine with one shows more frames.
+machine with one shows more frames. The condition (see `conditions`) is that of the server and the robot's nodes; the
+browser runs outside it, as on another machine.
 """
 
 from __future__ import annotations
@@ -26,16 +28,25 @@ from typing import Any
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "peers"))
 
 from browsing import Browser, start_chromium
+from conditions import CONDITIONS, QUIET
 
 from pyros1.master.server import Master
 from pyros1.msgs import load_message
 from pyros1.web.links import layout_link
 
-TICKS = os.sysconf("SC_CLK_TCK")
 COUNT_FRAMES = """
     window.frames_seen = 0;
     const count = () => { window.frames_seen += 1; requestAnimationFrame(count); };
     if (!window.counting) { window.counting = true; requestAnimationFrame(count); }
+"""
+COUNT_UPDATES = """
+    window.updates_seen = 0;
+    window.WebSocket = class extends WebSocket {
+        constructor(...words) {
+            super(...words);
+            this.addEventListener("message", () => { window.updates_seen += 1; });
+        }
+    };
 """
 CONSOLE = {"panel": "console"}
 PLOT = {"panel": "plot", "settings": {"curves": [f"/wave{number}/data" for number in range(20)]}}
@@ -119,8 +130,7 @@ def load(kind: str) -> None:
 
 def cpu(pid: int) -> float:
     """Return the seconds of CPU time that a process has used."""
-    fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
-    return (int(fields[11]) + int(fields[12])) / TICKS
+    return time.clock_gettime(~pid << 3 | 2)  # as clock_getcpuclockid(3) does
 
 
 def memory(pid: int) -> float:
@@ -140,20 +150,23 @@ def program(*words: str, **options: Any) -> Iterator[subprocess.Popen[str]]:
         process.wait(20)
 
 
-def measure(browser: Browser, server: int, seconds: float) -> tuple[float, float, float, float]:
-    """Return CPU of the server in percent of a core, its memory, frames per second, and memory of the page in MB."""
-    browser.run(COUNT_FRAMES)
+def measure(browser: Browser, server: int, seconds: float) -> tuple[float, float, float, float, float]:
+    """Return CPU of the server in percent of a core, its memory in MB, updates and frames per second, and memory of the
+    page in MB.
+    """
+    browser.run(f"{COUNT_FRAMES}; window.updates_seen = 0")
     before, since = cpu(server), time.monotonic()
     time.sleep(seconds)
     took = time.monotonic() - since
-    frames = browser.run("return window.frames_seen")
+    frames, updates = browser.run("return [window.frames_seen, window.updates_seen]")
     heap = browser.run("return performance.memory ? performance.memory.usedJSHeapSize / 1e6 : 0")
-    return 100 * (cpu(server) - before) / took, memory(server), frames / took, heap
+    return 100 * (cpu(server) - before) / took, memory(server), updates / took, frames / took, heap
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--seconds", type=float, default=10.0, help="of each measurement")
+    parser.add_argument("--under", choices=CONDITIONS, default=QUIET, help="condition of the server and the nodes")
     parser.add_argument("--load", choices=RATES, help=argparse.SUPPRESS)
     options = parser.parse_args()
     if options.load:
@@ -163,12 +176,14 @@ def main() -> None:
     master.start()
     folder = tempfile.mkdtemp()
     environ = {**os.environ, "ROS_MASTER_URI": master.uri, "ROS_HOSTNAME": "localhost", "ROS_HOME": folder}
-    print(f"{'load':36} {'server CPU':>11} {'memory':>9} {'frames':>9} {'page':>9}")
+    print(f"{'load':36} {'server CPU':>11} {'memory':>9} {'updates':>10} {'frames':>9} {'page':>9}")
     try:
         with (
-            program("-m", "pyros1", "web", "--port", "0", env=environ, stdout=subprocess.PIPE) as server,
             start_chromium() as driver,
+            CONDITIONS[options.under](),
+            program("-m", "pyros1", "web", "--port", "0", env=environ, stdout=subprocess.PIPE) as server,
         ):
+            driver.execute_cdp_cmd("Page.addScriptToEvaluateOnNewDocument", {"source": COUNT_UPDATES})
             assert server.stdout is not None
             link = server.stdout.readline().split()[-1]
             browser = Browser(driver)
@@ -180,8 +195,9 @@ def main() -> None:
                         programs.enter_context(program(*words, env=environ, stdout=subprocess.DEVNULL))
                     time.sleep(5.0 if kinds else 0.0)  # until all is connected, and the page has something to show
                     figures = measure(browser, server.pid, options.seconds)
-                used, size, frames, heap = figures
-                print(f"{name:36} {used:9.0f} % {size:6.0f} MB {frames:5.0f} /s {heap:6.0f} MB", flush=True)
+                used, size, updates, frames, heap = figures
+                numbers = f"{used:9.0f} % {size:6.0f} MB {updates:7.0f} /s {frames:6.0f} /s {heap:6.0f} MB"
+                print(f"{name:36} {numbers}", flush=True)
     finally:
         master.stop()
         shutil.rmtree(folder, ignore_errors=True)
