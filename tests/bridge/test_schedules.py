@@ -13,6 +13,7 @@ from typing import Any
 
 import pytest
 
+from pyros1.bridge.deferred import DeferredActions
 from pyros1.bridge.exchange.clock_offset import ClockOffset
 from pyros1.bridge.exchange.outgoing import OutgoingTopic
 from pyros1.bridge.exchange.remote_nodes import RemoteNodes
@@ -77,6 +78,10 @@ def listen_never_again(original: Any) -> Callable[..., Any]:
     return lambda self, peer, on, *args: original(self, peer, on, *args) if on else []
 
 
+def swapped(original: Any) -> Callable[..., Any]:
+    return lambda self, *args: original(self, *args)[::-1]
+
+
 MISTAKES: dict[str, tuple[Any, str, Any, str]] = {
     "what was delivered is not remembered": (NewestStream, "accept", accept_all, "came"),
     "reliable messages are not put in order": (ReliableStream, "accept", unsorted, "came after"),
@@ -113,12 +118,16 @@ MISTAKES: dict[str, tuple[Any, str, Any, str]] = {
         "not|arrive",
     ),
     "the subscribers here are ignored": (TopicReceiver, "set_subscribed", lambda *_: [], "subscribes"),
+    "messages do not wait for their topic": (DeferredActions, "hold", lambda *_: False, "is not published"),
+    "what failed is not tried again": (DeferredActions, "retry", lambda _: None, "is not published"),
+    "topics begin again before they end": (DeferredActions, "pop", swapped(DeferredActions.pop), "is not published"),
 }
 NOTICED_BY = {
     "the last numbers are not compared": 10,
     "publishers that are gone are not noted": 11,
     "calls of a site that has gone stay": 4,
-    "pauses never end": 46,
+    "messages do not wait for their topic": 14,
+    "pauses never end": 19,
     "what is for all is not listened to again": 2,
 }
 """Seeds to try first, since each takes half a second."""

@@ -60,6 +60,9 @@ class Limits:
             known: the sites that are known now; if limits are kept for too many sites, those of all others are
                 forgotten.
         """
-        if site not in self._sites and len(self._sites) >= _MAX_SITES:
-            self._sites = {name: limits for name, limits in self._sites.items() if name in known}
-        return self._sites.setdefault(site, SiteLimits())
+        limits = self._sites.get(site)
+        if limits is None:
+            if len(self._sites) >= _MAX_SITES:
+                self._sites = {name: limits for name, limits in self._sites.items() if name in known}
+            limits = self._sites[site] = SiteLimits()
+        return limits
