@@ -23,19 +23,19 @@ from pyros1.web.rosbridge.frames import LARGE_BYTES, with_cbor_tag
 
 _UINT8_TYPES = ("uint8", "char")
 _FLOAT_TYPES = ("float32", "float64")
-_CBOR_TAGS = {
-    "uint16": 69,
-    "uint32": 70,
-    "uint64": 71,
-    "int8": 72,
-    "byte": 72,
-    "int16": 77,
-    "int32": 78,
-    "int64": 79,
-    "float32": 85,
-    "float64": 86,
+_CBOR_ARRAYS: dict[str, tuple[int, np.dtype[Any]]] = {
+    "uint16": (69, np.dtype("<u2")),
+    "uint32": (70, np.dtype("<u4")),
+    "uint64": (71, np.dtype("<u8")),
+    "int8": (72, np.dtype("i1")),
+    "byte": (72, np.dtype("i1")),
+    "int16": (77, np.dtype("<i2")),
+    "int32": (78, np.dtype("<i4")),
+    "int64": (79, np.dtype("<i8")),
+    "float32": (85, np.dtype("<f4")),
+    "float64": (86, np.dtype("<f8")),
 }
-"""CBOR tags of arrays of little-endian numbers."""
+"""CBOR tags of arrays of little-endian numbers, and their numpy types."""
 _TIME_TYPES = ("time", "duration")
 _HEADER_TYPES = ("std_msgs/Header", "roslib/Header")
 _Converter = Callable[[Any], Any]
@@ -126,17 +126,14 @@ def _time_to_dict(value: Any) -> dict[str, int]:
 def _cbor_array(value: Any, base_type: str, copy: bool) -> Any:
     if base_type in _UINT8_TYPES:
         return _bytes_of(value, copy) if isinstance(value, np.ndarray) else bytes(value)
-    if base_type not in _CBOR_TAGS:
+    if base_type not in _CBOR_ARRAYS:
         return [bool(each) for each in value]
-    return with_cbor_tag(_CBOR_TAGS[base_type], _bytes_of(np.asarray(value, _numpy_type(base_type)), copy))
+    tag, numpy_type = _CBOR_ARRAYS[base_type]
+    return with_cbor_tag(tag, _bytes_of(np.asarray(value, numpy_type), copy))
 
 
 def _bytes_of(array: np.ndarray[Any, Any], copy: bool) -> bytes | memoryview:
     return array.tobytes() if copy or array.nbytes <= LARGE_BYTES else array.data.cast("B")
-
-
-def _numpy_type(base_type: str) -> str:
-    return "int8" if base_type == "byte" else np.dtype(base_type).newbyteorder("<").str
 
 
 def from_client(cls: type[Message], value: Any, now: Time) -> Message:
