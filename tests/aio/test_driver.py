@@ -6,6 +6,7 @@ Feature: asyncio
 from __future__ import annotations
 
 import asyncio
+import socket
 import threading
 from collections.abc import Callable, Coroutine
 from typing import Any
@@ -13,9 +14,12 @@ from typing import Any
 import pytest
 
 import pyros1.aio
+from pyros1.aio.driver import LoopDriver
 from pyros1.aio.messages import MAX_PENDING
 from pyros1.msgs import AnyMsg
 from pyros1.msgs.std_msgs.msg import Float64, String
+from pyros1.node.subscribing.delivery_loop import DeliveryLoop
+from pyros1.node.subscribing.tcp_source import TcpSource
 from pyros1.node.topic_type import topic_type
 
 
@@ -316,3 +320,40 @@ def test_a_node_whose_loop_was_stopped_ends_from_another_thread(
     loop.run_until_complete(loop.shutdown_default_executor())
     loop.close()
     assert not late
+
+
+def test_closing_without_waiting_does_not_wait_for_a_busy_loop() -> None:
+    """The thread of a node's sockets closes links, too, and must never wait for a coroutine."""
+    busy = threading.Event()
+    sender, receiver = socket.socketpair()
+    dispatcher: Any = Discarding()
+
+    def close(delivery: DeliveryLoop) -> None:
+        assert busy.wait(10)
+        delivery.close(timeout=60, wait=False)
+
+    async def work() -> None:
+        driver = LoopDriver(asyncio.get_running_loop(), pytest.fail)
+        delivery = DeliveryLoop(dispatcher, driver, None, lambda *_: None)
+        delivery.links.open(TcpSource(receiver, "http://x:1/", {}, b""))
+        closing = threading.Thread(target=close, args=(delivery,))
+        closing.start()
+        busy.set()
+        closing.join(15)  # meanwhile, the loop does nothing
+        waits = closing.is_alive()
+        closing.join()
+        assert not waits and len(delivery.links) == 1
+        while delivery.links:
+            await asyncio.sleep(0)
+        assert sender.recv(1) == b""
+
+    with sender:
+        run(work)
+
+
+class Discarding:
+    """Stands in for the dispatcher of a topic."""
+
+    is_held_back = False
+
+    def forget(self, source: Any) -> None: ...

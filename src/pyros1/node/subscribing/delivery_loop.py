@@ -216,11 +216,12 @@ class DeliveryLoop:
         self._closed = True
 
     def close(self, timeout: float = 5.0, wait: bool = True) -> None:
-        """Close all links. If a callback runs for more than ``timeout`` seconds, its thread closes them afterwards."""
+        """Close all links: later, if a callback or an asyncio loop takes ``timeout`` seconds, or ``wait`` is False."""
         self._closed = True
         if self._owner_thread_id == threading.get_ident():
             return  # a callback ends its own subscription: the owner does the rest
-        if self._owner_lock.acquire(timeout=timeout if wait else 0):
+        timeout = timeout if wait else 0.0
+        if self._owner_lock.acquire(timeout=timeout):
             self.driver.call(self._dispose, timeout)
             self._owner_lock.release()
 
