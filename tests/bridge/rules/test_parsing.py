@@ -59,6 +59,7 @@ def test_a_file() -> None:
     config = parse_config(FILE, "red.yaml")
     rules = config.rules
     assert (rules.site, config.connect, len(config.listen)) == ("red", ("tcp/base:7447",), 2)
+    assert [config.places[each] for each in (*config.connect, *config.listen)] == ["red.yaml:3"] + ["red.yaml:4"] * 2
     assert (
         rules.loss_delay == 1.5 and rules.sites == ("base", "blue") and rules.prefixes == {"base": "", "*": "/others"}
     )
