@@ -191,3 +191,13 @@ def test_services_are_listed_in_columns() -> None:
         "  /red/set_map  from red   1 call",
         "  /blue/set     from blue  2 calls, 1 error, the last: no",
     ]
+
+
+def test_actions_are_listed_below_one_title() -> None:
+    action = {"action": "/fibonacci", "type": "actionlib_tutorials/Fibonacci", "node": "/server", "server": "ROS 2"}
+    lines = [*status_lines({**STATUS, "actions": [action, {**action, "action": "/dock", "type": "my_msgs/Dock"}]})]
+    start = lines.index("  actions:")
+    assert lines[start + 1 : start + 3] == [
+        "    /fibonacci (actionlib_tutorials/Fibonacci): server /server in ROS 2",
+        "    /dock (my_msgs/Dock): server /server in ROS 2",
+    ]
