@@ -119,6 +119,7 @@ class Simulation:
         check_services(self.sites)
         check_that_calls_succeed(self.sites)
         self.check_that_all_arrives()
+        self.check_first_messages()
 
     def check_order(self, site: SimulatedSite) -> None:
         """Nothing twice, and nothing of a publisher after a later message."""
@@ -193,3 +194,36 @@ class Simulation:
                 and source is not site
             )  # fmt: skip
             assert arrived == wanted, f"{site.name} got {arrived}, not {wanted}"
+
+    def check_first_messages(self) -> None:
+        """Of a reliable topic, all messages arrive that are published after its source knows who wants it, even if they
+        overtake each other.
+        """
+        topics = [topic for topic, kind in TOPICS.items() if kind == "reliable"]
+        self._subscribe_everywhere(topics, False)
+        self.network.run_until(self.network.now + CALM)
+        self.network.conditions = NetworkConditions(0.01, jitter=0.3)
+        self._subscribe_everywhere(topics, True)
+        before = {name: len(site.delivered) for name, site in self.sites.items()}
+        wanted: dict[str, list[bytes]] = {name: [] for name in self.sites}
+        for _ in range(60):
+            self.network.run_until(self.network.now + 0.05)
+            for source in self.sites.values():
+                requests = {local.name: topic.requests for topic, local, _ in source.site.sent_topics()}
+                for topic in topics:
+                    for publisher in source.publishers.get(topic, {}).values():
+                        is_connected = topic in source.subscribed
+                        source.publish(topic, publisher)
+                        for name in requests.get(topic, ()) if is_connected else ():
+                            wanted[name].append(publisher.last or b"")
+        self.network.run_until(self.network.now + 3.0)
+        for site in self.sites.values():
+            arrived = {body.encode() for _, _, body in site.delivered[before[site.name] :]}
+            lost = [body for body in wanted[site.name] if body not in arrived]
+            assert not lost, f"{site.name} did not get the first messages: {lost[:3]} of {len(wanted[site.name])}"
+
+    def _subscribe_everywhere(self, topics: list[str], on: bool) -> None:
+        for site in self.sites.values():
+            for other in self.sites.values():
+                for topic in topics if other is not site else ():
+                    site.subscribe(f"/{other.name}{topic}", on)

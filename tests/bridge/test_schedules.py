@@ -22,6 +22,7 @@ from pyros1.bridge.exchange.services.served import ServedServices
 from pyros1.bridge.exchange.streams import Delivery, LatchedStream, NewestStream, ReliableStream
 from pyros1.bridge.exchange.topic_receiver import TopicReceiver
 from pyros1.bridge.exchange.topic_sender import TopicSender
+from pyros1.bridge.protocol.packets import Tail
 
 from .simulation import Simulation
 
@@ -50,6 +51,14 @@ def unsorted(self: ReliableStream, head: Any, body: bytes, now: float) -> list[A
         return []
     waiting.add(head.number)
     return [Delivery(head, body)]
+
+
+def begin_with_first(original: Any) -> Callable[..., Any]:
+    def accept(self: ReliableStream, head: Any, body: bytes, now: float) -> Any:
+        begun = self.on_tail(Tail(0, head.number - 1), now)
+        return begun + original(self, head, body, now)
+
+    return accept
 
 
 def forward_all(original: Any) -> Callable[..., Any]:
@@ -86,7 +95,13 @@ MISTAKES: dict[str, tuple[Any, str, Any, str]] = {
     "what was delivered is not remembered": (NewestStream, "accept", accept_all, "came"),
     "reliable messages are not put in order": (ReliableStream, "accept", unsorted, "came after"),
     "ages are not known": (ClockOffset, "age", lambda *_: 0.0, "s old"),
-    "the last numbers are not compared": (LatchedStream, "on_tail", lambda *_: None, "not"),
+    "reliable topics begin with what comes first": (
+        ReliableStream,
+        "accept",
+        begin_with_first(ReliableStream.accept),
+        "the first messages",
+    ),
+    "the last numbers are not compared": (LatchedStream, "on_tail", lambda *_: [], "not"),
     "publishers that are gone are not noted": (OutgoingTopic, "drop_publishers", lambda *_: [], "not"),
     "requests of sites that are gone stay": (TopicSender, "set_requests", lambda *_: [], "subscribes"),
     "calls that were carried out are forgotten": (
@@ -119,7 +134,7 @@ MISTAKES: dict[str, tuple[Any, str, Any, str]] = {
     ),
     "the subscribers here are ignored": (TopicReceiver, "set_subscribed", lambda *_: [], "subscribes"),
     "messages do not wait for their topic": (DeferredActions, "hold", lambda *_: False, "is not published"),
-    "what failed is not tried again": (DeferredActions, "retry", lambda _: None, "is not published"),
+    "what failed is not tried again": (DeferredActions, "retry", lambda _: None, "is not published|subscribes"),
     "topics begin again before they end": (DeferredActions, "pop", swapped(DeferredActions.pop), "is not published"),
 }
 NOTICED_BY = {

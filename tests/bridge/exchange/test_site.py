@@ -97,6 +97,10 @@ class Liar:
     ) -> Any:
         return self.send(Kind.DEFINITION, packets.encode_definition(Definition(type_name, md5sum, text)))
 
+    def begin(self, topic: SharedName = ODOM, before: int = 0) -> list[Action]:
+        """Tell with which message a topic begins for the other site."""
+        return self.heartbeat(tails={topic: packets.Tail(before, before)})
+
     def message(self, number: int, body: bytes = b"x", topic: SharedName = ODOM, **changes: Any) -> list[Action]:
         head = MessageHead(self.epoch, 0, number, 1, self.now + 5000, 0, STRING._md5sum)
         key = Key(self.name, Channel.TOPIC, "", topic)
@@ -602,6 +606,7 @@ def test_lists_and_limits_of_a_site_that_starts_again(liar: Liar, leaves: bool) 
 
 def test_nothing_is_kept_back_of_topics_that_are_not_wanted_any_more(liar: Liar) -> None:
     wanted(liar, offered(reliable=True))
+    liar.begin()
     liar.message(1)
     liar.message(3, bytes(100))
     buffered = liar.site.topic_receiver.buffered
@@ -609,6 +614,7 @@ def test_nothing_is_kept_back_of_topics_that_are_not_wanted_any_more(liar: Liar)
     liar.take(liar.site.set_subscribed([], liar.now))
     assert buffered["red"].total == 0
     wanted(liar, offered(reliable=True))
+    liar.begin(before=4)
     liar.message(5)
     liar.message(7, bytes(100))
     assert buffered["red"].total == MESSAGE_COST + 100 and liar.site.received_topics()[0].flow.messages == 2
@@ -627,6 +633,37 @@ def test_a_flood_of_probes(liar: Liar) -> None:
         answers += only(Send, liar.send(Kind.PROBE, packets.encode_probe(number + 1)))
     assert 500 <= len(answers) <= 601
     assert {answer.key for answer in answers} == {"to/red"}
+
+
+def test_a_site_is_told_at_once_where_a_requested_topic_begins() -> None:
+    """A later heartbeat may overtake the first message, and would then count it."""
+    liar = Liar(Site(rules("send: [{topic: /map, delivery: reliable}]"), OWN, 0.0))
+    liar.meet()
+    topic = LocalTopic("/map", "std_msgs/String", STRING._md5sum, "string data\n", False, ("/n",))
+    liar.take(liar.site.set_topics([topic], 0.0, 0.0))
+    blue, name = Liar(liar.site, 33, "blue"), SharedName("base", "/map")
+    blue.meet()
+    request(blue, name)
+    message = ReceivedMessage("/n", STRING._md5sum, False, b"x")
+    for _ in range(3):
+        liar.site.on_message("/map", message, False, 0.0)
+
+    def tails(asking: Liar) -> list[packets.Tail]:
+        """Return the ends of topics in the last heartbeat to a site."""
+        sent = [action for action in only(Send, asking.actions) if action.key == f"to/{asking.name}"]
+        bodies = [each.body for each in sent if packets.decode_head(each.head).kind is Kind.HEARTBEAT]
+        return [*packets.decode_heartbeat(bodies[-1]).tails.values()]
+
+    request(liar, name)
+    assert tails(liar) == [packets.Tail(3, 3)]
+    liar.site.on_message("/map", message, False, 0.0)
+    request(liar, name, SharedName("base", "/other"))
+    assert tails(liar) == [packets.Tail(4, 3)], "it has been requested all the time"
+    request(liar)
+    assert tails(liar) == []
+    liar.now += 2.0
+    request(liar, name)
+    assert tails(liar) == [packets.Tail(4, 4)]
 
 
 def test_a_flood_of_questions() -> None:
@@ -927,7 +964,7 @@ def test_random_packets_do_no_harm(liar: Liar) -> None:
     wanted(liar)
     random = Random(1)
     good = [
-        packets.encode_heartbeat(packets.Heartbeat(9, 1.0, 1, 0.0, 1, 1, 1, 1, {ODOM: 2**60})),
+        packets.encode_heartbeat(packets.Heartbeat(9, 1.0, 1, 0.0, 1, 1, 1, 1, {ODOM: packets.Tail(2**60, 2**59)})),
         packets.encode_latched_list(packets.LatchedList(ODOM, 2**60, {1: 5})),
         packets.encode_resend_refusal(packets.ResendRefusal(ODOM, 2**62)),
         packets.encode_resend_request(packets.ResendRequest(ODOM, 0, 2**62)),

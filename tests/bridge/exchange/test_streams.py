@@ -19,7 +19,7 @@ from pyros1.bridge.exchange.streams import (
     make_stream,
 )
 from pyros1.bridge.names import SharedName
-from pyros1.bridge.protocol.packets import Flag, LatchedList, MessageHead, ResendRefusal
+from pyros1.bridge.protocol.packets import Flag, LatchedList, MessageHead, ResendRefusal, Tail
 
 TOPIC = SharedName("red", "/t")
 
@@ -30,6 +30,13 @@ def head(number: int, publisher: int = 1, flags: int = 0) -> MessageHead:
 
 def feed(stream: Stream, *numbers: int, now: float = 0.0) -> list[int]:
     return [delivery.head.number for number in numbers for delivery in stream.accept(head(number), b"x", now)]
+
+
+def reliable(age: float = 2.0, before: int = 0, site: BufferedBytes | None = None) -> ReliableStream:
+    """Return a stream whose sender has said where it begins."""
+    stream = ReliableStream(age, 0, site)
+    assert stream.on_tail(Tail(before, before), 0.0) == []
+    return stream
 
 
 def latched_list(number: int, **messages: int) -> LatchedList:
@@ -52,8 +59,8 @@ def test_only_newer_messages() -> None:
 
 
 def test_all_messages_in_order() -> None:
-    stream = ReliableStream(2.0, 0)
-    assert feed(stream, 5) == [5]  # what was sent before was for others
+    stream = reliable(before=4)
+    assert feed(stream, 5) == [5]
     assert feed(stream, 7, 8, 7, 4) == []
     assert stream.missed(0.0) == (6, 6) and stream.missed(0.1) is None and stream.missed(0.6) == (6, 6)
     assert feed(stream, 6, 6, 9) == [6, 7, 8, 9]
@@ -61,29 +68,55 @@ def test_all_messages_in_order() -> None:
 
 
 def test_the_last_messages_are_missed_as_well() -> None:
-    stream = ReliableStream(2.0, 0)
-    stream.on_tail(4, 0.0)
+    stream = reliable(before=4)
     assert stream.missed(0.0) is None  # they were before the beginning
-    stream.on_tail(6, 0.0)
+    stream.on_tail(Tail(6, 4), 0.0)
     assert stream.missed(0.0) == (5, 6)
     assert feed(stream, 6, 5) == [5, 6]
 
 
-def test_missed_messages_are_given_up() -> None:
+def test_the_first_messages_are_missed_if_a_heartbeat_overtakes_them() -> None:
     stream = ReliableStream(2.0, 0)
+    assert stream.on_tail(Tail(6, 4), 0.0) == []
+    assert stream.missed(0.0) == (5, 6)
+    assert feed(stream, 5, 6, 7) == [5, 6, 7] and not stream.drops
+
+
+def test_the_first_messages_wait_for_the_beginning() -> None:
+    site = BufferedBytes()
+    stream = ReliableStream(2.0, 2, site)
+    assert feed(stream, 2, 7, 4, 6) == [] and stream.drops == {DropReason.REPEATED: 1}
+    assert stream.missed(0.0) is None
+    assert [each.head.number for each in stream.on_tail(Tail(6, 4), 0.0)] == []
+    assert stream.missed(0.0) == (5, 5) and site.total == 2 * (MESSAGE_COST + 1), "message 4 was for others"
+    assert feed(stream, 5) == [5, 6, 7]
+    stream.restart(0.0)
+    assert feed(stream, 9, 8) == []
+    assert [each.head.number for each in stream.on_tail(Tail(9, 7), 0.0)] == [8, 9] and site.total == 0
+
+
+def test_the_beginning_is_waited_for_as_long_as_for_missed_messages() -> None:
+    stream = ReliableStream(2.0, 0)
+    assert feed(stream, 5, 6, 8) == [] and stream.tick(2.0) == []
+    assert [each.head.number for each in stream.tick(2.1)] == [5, 6]
+    assert not stream.drops and stream.missed(2.1) == (7, 7)
+
+
+def test_missed_messages_are_given_up() -> None:
+    stream = reliable()
     assert feed(stream, 1, 3, 6) == [1]
     assert stream.tick(2.0) == []
     assert [each.head.number for each in stream.tick(2.1)] == [3]
     assert [each.head.number for each in stream.on_gone(ResendRefusal(TOPIC, 6), 2.1)] == [6]
     assert stream.drops == {DropReason.MISSED: 3}
-    stream.on_tail(9, 3.0)
+    stream.on_tail(Tail(9, 0), 3.0)
     assert stream.tick(3.5) == [] and stream.tick(5.5) == [] and stream.missed(9.0) is None
     assert stream.drops == {DropReason.MISSED: 6}
     assert feed(stream, 8, 10) == [10]
 
 
 def test_what_cannot_come_again_is_said_by_the_sender() -> None:
-    stream = ReliableStream(2.0, 0)
+    stream = reliable()
     assert feed(stream, 1, 5, 7) == [1]
     assert stream.on_gone(ResendRefusal(TOPIC, 2), 0.0) == []  # nothing new
     assert stream.on_gone(ResendRefusal(TOPIC, 999), 0.0) == []  # nothing that there is
@@ -92,18 +125,18 @@ def test_what_cannot_come_again_is_said_by_the_sender() -> None:
 
 
 def test_what_waits_is_bounded() -> None:
-    stream = ReliableStream(2.0, 0)
+    stream = reliable()
     feed(stream, 1)
     delivered = feed(stream, *range(3, 2500))
     assert delivered == [*range(3, 2500)][: len(delivered)] and len(delivered) >= 490
-    stream = ReliableStream(2.0, 0)
+    stream = reliable()
     feed(stream, 1)
     big = [stream.accept(head(number), bytes(3 << 20), 0.0) for number in (3, 4, 5)]
     assert [len(each) for each in big] == [0, 0, 3]
 
 
 def test_questions_become_rare_without_answers() -> None:
-    stream = ReliableStream(100.0, 0)
+    stream = reliable(100.0)
     feed(stream, 1, 3)
     asked = [step / 10 for step in range(600) if stream.missed(step / 10)]
     gaps = [round(later - sooner, 1) for sooner, later in pairwise(asked)]
@@ -111,14 +144,15 @@ def test_questions_become_rare_without_answers() -> None:
 
 
 def test_after_a_pause_nothing_comes_twice() -> None:
-    stream: Stream = ReliableStream(2.0, 0)
+    stream = reliable()
     assert feed(stream, 1, 2, 4) == [1, 2]
     stream.restart(0.0)
+    stream.on_tail(Tail(5, 5), 0.0)
     assert feed(stream, 2, 3, 4) == [] and feed(stream, 6, 5, 7) == [6, 7]
-    stream = NewestStream(0)
-    feed(stream, 1, 2)
-    stream.restart(0.0)
-    assert feed(stream, 2, 3) == [3]
+    newest = NewestStream(0)
+    feed(newest, 1, 2)
+    newest.restart(0.0)
+    assert feed(newest, 2, 3) == [3]
 
 
 def test_the_last_message_of_each_publisher() -> None:
@@ -134,7 +168,7 @@ def test_the_last_message_of_each_publisher() -> None:
     ):
         assert len(stream.accept(each, b"x", 0.0)) == expected
     assert stream.missed(9.0) is None
-    stream.on_tail(5, 9.0)
+    assert stream.on_tail(Tail(5, 0), 9.0) == []
     assert stream.missed(9.0) == (4, 5)
     stream.accept(latched(5, 2), b"x", 9.0)
     assert stream.missed(20.0) == (4, 5)
@@ -194,8 +228,7 @@ def test_too_many_publishers() -> None:
 def test_any_order(seed: int) -> None:
     """All messages of a reliable stream come in order, if all packets come at some time before they are too old."""
     random = Random(seed)
-    stream = ReliableStream(10.0, 0)
-    stream.on_tail(0, 0.0)
+    stream = reliable(10.0)
     numbers = [*range(1, 100), *random.choices(range(1, 100), k=50)]
     random.shuffle(numbers)
     assert feed(stream, *numbers) == [*range(1, 100)]
@@ -210,6 +243,7 @@ def test_kinds_of_streams() -> None:
         make_stream(False, True, 1.0, 5, BufferedBytes()),
         make_stream(False, False, 1.0, 5, BufferedBytes()),
     ):
+        stream.on_tail(Tail(5, 5), 0.0)
         assert feed(stream, 5, 6) == [6]
 
 
@@ -217,7 +251,7 @@ def test_what_a_site_has_kept_back_is_bounded(monkeypatch: pytest.MonkeyPatch) -
     monkeypatch.setattr("pyros1.bridge.exchange.streams.SITE_BUFFER_BYTES", 100)
     monkeypatch.setattr("pyros1.bridge.exchange.streams.MESSAGE_COST", 0)
     site = BufferedBytes()
-    streams = [ReliableStream(2.0, 0, site) for _ in range(3)]
+    streams = [reliable(site=site) for _ in range(3)]
     for stream in streams:
         stream.accept(head(1), b"", 0.0)
     assert streams[0].accept(head(3), bytes(60), 0.0) == [] and streams[1].accept(head(3), bytes(40), 0.0) == []
@@ -235,7 +269,7 @@ def test_what_a_site_has_kept_back_is_bounded(monkeypatch: pytest.MonkeyPatch) -
 def test_empty_messages_count_too(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("pyros1.bridge.exchange.streams.SITE_BUFFER_BYTES", 10 * MESSAGE_COST)
     site = BufferedBytes()
-    streams = [ReliableStream(2.0, 0, site) for _ in range(20)]
+    streams = [reliable(site=site) for _ in range(20)]
     for stream in streams:
         stream.accept(head(1), b"", 0.0)
     assert [len(stream.accept(head(3), b"", 0.0)) for stream in streams] == [0] * 10 + [1] * 10

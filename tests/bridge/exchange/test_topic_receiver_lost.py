@@ -21,7 +21,7 @@ from pyros1.bridge.exchange.streams import MESSAGE_COST
 from pyros1.bridge.exchange.topic_sender import LocalTopic
 from pyros1.bridge.names import SharedName
 from pyros1.bridge.protocol import packets
-from pyros1.bridge.protocol.packets import Flag, Kind, Request
+from pyros1.bridge.protocol.packets import Flag, Kind, Request, Tail
 
 from .test_site import OWN, STRING, Liar, offered, only, rules, wanted
 
@@ -67,11 +67,13 @@ def test_topics_of_a_lost_site_are_withdrawn_and_come_back(red: Liar) -> None:
 
 def test_reliable_messages_of_an_outage_come_after_it(red: Liar) -> None:
     wanted(red, offered(reliable=True))
-    red.message(1)
+    red.begin()
+    assert only(Publish, red.message(1))
     lose(red)
-    assert all(requested(red.heartbeat(tails={SharedName("red", "/odom"): 2}))), "the request holds"
+    tails = {SharedName("red", "/odom"): Tail(2, 0)}
+    assert all(requested(red.heartbeat(tails=tails))), "the request holds"
     red.take(red.site.set_subscribed(["/red/odom"], red.now))
-    actions = red.heartbeat(tails={SharedName("red", "/odom"): 2})
+    actions = red.heartbeat(tails=tails)
     assert any(packets.decode_head(each.head).kind is Kind.RESEND_REQUEST for each in only(Send, actions))
     assert only(Publish, red.message(2, received_at=red.now + 5000 - 4.0))
 
@@ -116,6 +118,7 @@ def test_who_subscribes_again_goes_on_for_good(red: Liar, is_latched: bool) -> N
     """
     wanted(red, offered(MAP, latched=is_latched, reliable=not is_latched))
     flags = Flag.LATCHED if is_latched else 0
+    red.begin(MAP)
     red.message(1, topic=MAP, flags=flags)
     lose(red)
     red.heartbeat()
@@ -136,6 +139,7 @@ def test_who_subscribes_again_goes_on_for_good(red: Liar, is_latched: bool) -> N
 @pytest.mark.parametrize("is_withdrawn", [True, False])
 def test_nothing_is_kept_back_after_a_pause(red: Liar, is_withdrawn: bool) -> None:
     wanted(red, offered(reliable=True))
+    red.begin()
     red.message(1)
     red.message(3, bytes(100))
     lose(red)

@@ -11,7 +11,7 @@ from pyros1.bridge.exchange.actions import Action, RestartConversion, Send, Subs
 from pyros1.bridge.exchange.outgoing import DropReason, ReceivedMessage
 from pyros1.bridge.exchange.topic_sender import LocalTopic, TopicSender
 from pyros1.bridge.names import SharedName
-from pyros1.bridge.protocol.packets import Flag, OfferedTopic, Request, decode_message_head
+from pyros1.bridge.protocol.packets import Flag, OfferedTopic, Request, Tail, decode_message_head
 from pyros1.bridge.rules.parsing import parse_config
 from pyros1.bridge.rules.rules import Priority
 
@@ -140,7 +140,7 @@ def test_delivery_holds_after_the_conversion() -> None:
     machine = sending("send: [{topic: /camera, convert: jpeg, delivery: reliable}]", CAMERA)
     machine.set_requests("base", [Request(COMPRESSED, 0.0)], 0.0)
     (sent,) = sends(machine.on_message("/camera", converted(), False, 0.0, JPEG))
-    assert not sent.may_drop and machine.tails("base") == {COMPRESSED: 1}
+    assert not sent.may_drop and machine.tails("base") == {COMPRESSED: Tail(1, 0)}
 
 
 def test_latched_images_are_kept_converted() -> None:

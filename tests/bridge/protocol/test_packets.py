@@ -25,11 +25,12 @@ from pyros1.bridge.protocol.packets import (
     Request,
     ResendRefusal,
     ResendRequest,
+    Tail,
 )
 
 TOPIC = SharedName("red", "/odom")
 MD5 = "992ce8a1687cec8c8bd883ec73ca41d1"
-HEARTBEAT = Heartbeat(3, 1.5, 2, 0.25, 4, 5, -1, 6, {TOPIC: 7}, 8, 9, 0.5, ("/talker",))
+HEARTBEAT = Heartbeat(3, 1.5, 2, 0.25, 4, 5, -1, 6, {TOPIC: Tail(7, 5)}, 8, 9, 0.5, ("/talker",))
 OFFERED = OfferedTopic(TOPIC, "std_msgs/String", MD5, True, False, ("/driver", "/red/left"))
 DECODERS: dict[str, tuple[Callable[[bytes], Any], bytes, Any]] = {
     "heartbeat": (packets.decode_heartbeat, packets.encode_heartbeat(HEARTBEAT), HEARTBEAT),

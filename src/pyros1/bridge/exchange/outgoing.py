@@ -13,7 +13,15 @@ from collections import deque
 from collections.abc import Collection, Mapping
 from typing import NamedTuple
 
-from pyros1.bridge.protocol.packets import MAX_NUMBERS, Flag, LatchedList, MessageHead, OfferedTopic, ResendRequest
+from pyros1.bridge.protocol.packets import (
+    MAX_NUMBERS,
+    Flag,
+    LatchedList,
+    MessageHead,
+    OfferedTopic,
+    ResendRequest,
+    Tail,
+)
 from pyros1.bridge.rules.rules import Settings
 
 HISTORY_BYTES = 8 << 20
@@ -83,6 +91,7 @@ class OutgoingTopic:
         self.last = 0
         self.topic = offered.topic
         self.requests: Mapping[str, float] = {}
+        self._before: dict[str, int] = {}  # site -> the last message before its request
         self._period = 1.0 / settings.rate if settings.rate else None
         self._epoch = epoch
         self._publishers: dict[str, int] = {}
@@ -97,6 +106,7 @@ class OutgoingTopic:
     def set_requests(self, requests: Mapping[str, float]) -> None:
         """Set `requests`, from now on."""
         self.requests = requests
+        self._before = {site: self._before.get(site, self.last) for site in requests}
         limits = [self.settings.rate] if self.settings.rate else []
         if requests and all(requests.values()):
             limits.append(max(requests.values()))
@@ -106,6 +116,10 @@ class OutgoingTopic:
     def is_lossless(self) -> bool:
         """Whether heartbeats contain the number of the last message, so that receivers notice what they missed."""
         return self.offered.latched or self.offered.reliable
+
+    def tail(self, site: str) -> Tail:
+        """Return where the topic ends for a site that has requested it."""
+        return Tail(self.last, self._before[site])
 
     def take(self, received: ReceivedMessage, now: float, is_repeated: bool = False) -> NumberedMessage | str:
         """Return a message with its number, to be sent to all sites that want the topic; or why it is dropped.

@@ -22,7 +22,7 @@ from typing import NamedTuple
 
 from pyros1.bridge.exchange.clock_offset import ClockOffset
 from pyros1.bridge.names import SharedName
-from pyros1.bridge.protocol.packets import Heartbeat
+from pyros1.bridge.protocol.packets import Heartbeat, Tail
 from pyros1.bridge.rules.rules import LOSS_DELAY
 
 _PERIODS = 5
@@ -270,7 +270,7 @@ class Peer:
         offer: int,
         request: int,
         seen: tuple[int, int],
-        tails: Mapping[SharedName, int],
+        tails: Mapping[SharedName, Tail],
         services: tuple[int, int] = (0, -1),
         nodes: Sequence[str] = (),
         is_separate: bool = False,

@@ -68,11 +68,13 @@ class ReceivedLists:
             for kind, entries in self._limits.of(site, self._peers).lists.take(now):
                 if kind is Kind.REQUEST:
                     actions += self._topic_sender.set_requests(site, entries, now)
+                    self._peers[site].answer_due = True  # a heartbeat tells it where the topics begin
                 elif kind is Kind.SERVICES:
                     actions += self._services.calls.set_offers(site, entries)
                 else:
                     has_offers = True
                     actions += self._topic_receiver.note_offers(site, entries, now)
+        actions += self._announcements.heartbeats(now)
         if not has_offers:
             return actions
         return actions + self._topic_receiver.update(now) + self._announcements.update_requests(now)

@@ -6,7 +6,8 @@ they do about a gap in the numbers:
 
 - `NewestStream` continues with the later message;
 - `ReliableStream` holds back later messages, requests the missed ones, and continues without them only when the sender
-  says that it no longer has them, or when they would be too old;
+  says that it no longer has them, or when they would be too old. It begins where the sender says, so that the first
+  messages are not missed either;
 - `LatchedStream` delivers at once, since only each publisher's last message counts, and compares its messages with
   those that the sender holds.
 
@@ -19,7 +20,7 @@ from collections.abc import Mapping
 from typing import NamedTuple, Protocol
 
 from pyros1.bridge.exchange.outgoing import DropReason
-from pyros1.bridge.protocol.packets import MAX_NUMBERS, Flag, LatchedList, MessageHead, ResendRefusal
+from pyros1.bridge.protocol.packets import MAX_NUMBERS, Flag, LatchedList, MessageHead, ResendRefusal, Tail
 
 _FIRST_RETRY = 0.5
 _LAST_RETRY = 8.0
@@ -62,8 +63,8 @@ class Stream(Protocol):
         """Handle a message; return the deliveries."""
         ...
 
-    def on_tail(self, number: int, now: float) -> None:
-        """Record the number of the last message that the site has sent."""
+    def on_tail(self, tail: Tail, now: float) -> list[Delivery]:
+        """Record where the topic ends; return the deliveries."""
         ...
 
     def missed(self, now: float) -> tuple[int, int] | None:
@@ -145,8 +146,9 @@ class NewestStream(_CountingStream):
         self.highest = head.number
         return [Delivery(head, body)]
 
-    def on_tail(self, number: int, now: float) -> None:
-        """Do nothing: missed messages are not requested."""
+    def on_tail(self, tail: Tail, now: float) -> list[Delivery]:
+        """Return an empty list: missed messages are not requested."""
+        return []
 
     def missed(self, now: float) -> tuple[int, int] | None:
         """Return None: missed messages are not requested."""
@@ -179,7 +181,7 @@ class ReliableStream(_CountingStream):
         super().__init__(floor)
         self._site = site or BufferedBytes()
         self._patience = _FIRST_WAIT if age is None else age
-        self._last: int | None = None  # last number delivered or given up; None at the beginning
+        self._last: int | None = None  # last number delivered or given up; None while the beginning is not known
         self._floor = floor
         self._tail = 0
         self._waiting: dict[int, Delivery] = {}
@@ -201,13 +203,9 @@ class ReliableStream(_CountingStream):
         self._site.total += size
 
     def accept(self, head: MessageHead, body: bytes, now: float) -> list[Delivery]:
-        """See `Stream`. The stream begins with the first message: earlier ones were not sent to this site."""
+        """See `Stream`. The first messages wait until the sender has said where the topic begins."""
         number = head.number
-        if number <= self._floor:
-            return self.count(DropReason.REPEATED)
-        if self._last is None:
-            self._last = number - 1
-        if number <= self._last or number in self._waiting:
+        if number <= (self._floor if self._last is None else self._last) or number in self._waiting:
             return self.count(DropReason.REPEATED)
         self._waiting[number] = Delivery(head, body)
         self._buffer(MESSAGE_COST + len(body))
@@ -223,7 +221,9 @@ class ReliableStream(_CountingStream):
         return deliveries
 
     def _take_ready(self, now: float) -> list[Delivery]:
-        assert self._last is not None
+        if self._last is None:
+            self._gap_since = now if self._gap_since is None else self._gap_since
+            return []
         ready = []
         while (delivery := self._waiting.pop(self._last + 1, None)) is not None:
             self._last += 1
@@ -238,22 +238,29 @@ class ReliableStream(_CountingStream):
 
     def _give_up(self, next_number: int, now: float) -> list[Delivery]:
         """Continue with a number, skipping the missed messages before it."""
-        assert self._last is not None
+        if self._last is None:
+            self._last = next_number - 1
         skipped = sum(number < next_number for number in self._waiting)
-        self.count(DropReason.MISSED, max(0, next_number - 1 - self._last - skipped))
+        if (missed := next_number - 1 - self._last - skipped) > 0:
+            self.count(DropReason.MISSED, missed)
         before = [self._waiting.pop(number) for number in sorted(self._waiting) if number < next_number]
         self._buffer(-sum(map(_cost, before)))
         self._last = max(self._last, next_number - 1)
         self._gap_since = None
         return before + self._take_ready(now)
 
-    def on_tail(self, number: int, now: float) -> None:
+    def on_tail(self, tail: Tail, now: float) -> list[Delivery]:
         """See `Stream`."""
+        ready = []
         if self._last is None:
-            self._last = max(number, self._floor)
-        self._tail = max(self._tail, number)
+            self._last = max(tail.before, self._floor)
+            for number in [number for number in self._waiting if number <= self._last]:  # they were sent to others
+                self._buffer(-_cost(self._waiting.pop(number)))
+            ready = self._take_ready(now)
+        self._tail = max(self._tail, tail.last)
         if self._tail > self._last and self._gap_since is None:
             self._gap_since = now
+        return ready
 
     def missed(self, now: float) -> tuple[int, int] | None:
         """See `Stream`."""
@@ -341,9 +348,10 @@ class LatchedStream(_CountingStream):
         for publisher in [each for each in self._newest if each not in self._present][: MAX_NUMBERS // 2]:
             del self._newest[publisher]
 
-    def on_tail(self, number: int, now: float) -> None:
+    def on_tail(self, tail: Tail, now: float) -> list[Delivery]:
         """See `Stream`."""
-        self._tail = max(self._tail, number)
+        self._tail = max(self._tail, tail.last)
+        return []
 
     def missed(self, now: float) -> tuple[int, int] | None:
         """See `Stream`. The numbers start after the last one up to which nothing is missing."""

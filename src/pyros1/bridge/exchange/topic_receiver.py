@@ -35,6 +35,7 @@ from pyros1.bridge.protocol.packets import (
     Request,
     ResendRefusal,
     ResendRequest,
+    Tail,
     encode_ask,
     encode_head,
     encode_resend_request,
@@ -371,13 +372,13 @@ class TopicReceiver:
     def _deliver(self, feed: Feed, incoming: IncomingTopic, deliveries: Iterable[Delivery], now: float) -> list[Action]:
         return deliver(feed, incoming, deliveries, self._peers[feed[0]].clock, self._outputs, now)
 
-    def on_tails(self, peer: str, tails: Mapping[SharedName, int], now: float) -> list[Action]:
-        """Record the numbers of the last messages that another site has sent, and return the resulting actions."""
+    def on_tails(self, peer: str, tails: Mapping[SharedName, Tail], now: float) -> list[Action]:
+        """Record where another site's topics end, and return the resulting actions."""
         actions: list[Action] = []
-        for topic, number in tails.items():
+        for topic, tail in tails.items():
             incoming = self._incoming.get((peer, topic))
             if incoming is not None and incoming.is_wanted:
-                incoming.stream.on_tail(number, now)
+                actions += self._deliver((peer, topic), incoming, incoming.stream.on_tail(tail, now), now)
                 actions += self._tick_topic((peer, topic), incoming, now)
         return actions
 

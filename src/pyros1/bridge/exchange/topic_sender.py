@@ -25,6 +25,7 @@ from pyros1.bridge.protocol.packets import (
     OfferedTopic,
     Request,
     ResendRequest,
+    Tail,
 )
 from pyros1.bridge.rules.rules import RuleMatch, Rules
 
@@ -345,10 +346,10 @@ class TopicSender:
 
     # Requests from other sites ----------------------------------------------------------------------------------------
 
-    def tails(self, peer: str) -> dict[SharedName, int]:
-        """Return the number of the last message on each lossless topic that another site has requested."""
+    def tails(self, peer: str) -> dict[SharedName, Tail]:
+        """Return the end of each lossless topic that another site has requested."""
         return {
-            shared: sent.topic.last
+            shared: sent.topic.tail(peer)
             for shared, sent in self._sent.items()
             if sent.topic.is_lossless and peer in sent.topic.requests
         }

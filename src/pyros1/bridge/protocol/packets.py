@@ -110,6 +110,19 @@ class MessageHead(NamedTuple):
     md5sum: str
 
 
+class Tail(NamedTuple):
+    """Where a lossless topic ends for a site that wants it, so that the site notices what it missed.
+
+    Attributes:
+        last: the number of the last message.
+        before: the number of the last message before the site's request. It tells the site with which message the topic
+            begins for it, even if that one is lost, or is overtaken by the heartbeat.
+    """
+
+    last: int
+    before: int
+
+
 class Heartbeat(NamedTuple):
     """A packet that tells another site that this one is alive, and which lists of the other site this one has.
 
@@ -120,7 +133,7 @@ class Heartbeat(NamedTuple):
         reply_delay: seconds between the arrival of that heartbeat and this one.
         offer, request: the versions of the sender's lists for the peer.
         offer_seen, request_seen: the versions of the peer's lists that the sender has; -1 for none.
-        tails: the number of the last message of each lossless topic that the peer wants.
+        tails: the end of each lossless topic that the peer wants.
         services, services_seen: the same as `offer` and `offer_seen` for the lists of services.
         period: the number of seconds that the sender wants between heartbeats.
         nodes: the names of responding nodes that publish topics the peer wants.
@@ -135,7 +148,7 @@ class Heartbeat(NamedTuple):
     request: int
     offer_seen: int
     request_seen: int
-    tails: Mapping[SharedName, int]
+    tails: Mapping[SharedName, Tail]
     services: int = 0
     services_seen: int = -1
     period: float = 1.0
@@ -260,7 +273,7 @@ def decode_message_head(data: bytes) -> MessageHead:
 
 def encode_heartbeat(heartbeat: Heartbeat) -> bytes:
     """Return the body of a heartbeat."""
-    tails = [[str(topic), number] for topic, number in heartbeat.tails.items()]
+    tails = [[str(topic), *tail] for topic, tail in heartbeat.tails.items()]
     return dump([*heartbeat[:8], tails, *heartbeat[9:12], [*heartbeat.nodes], heartbeat.is_separate])
 
 
@@ -321,7 +334,10 @@ def decode_heartbeat(body: bytes) -> Heartbeat:
         read_integer(request),
         read_integer(offer_seen, -1),
         read_integer(request_seen, -1),
-        {read_topic(name): read_integer(tail) for name, tail in read_rows(tails, 2, PAGE_ENTRIES * MAX_PAGES)},
+        {
+            read_topic(name): Tail(read_integer(last), read_integer(before))
+            for name, last, before in read_rows(tails, 3, PAGE_ENTRIES * MAX_PAGES)
+        },
         read_integer(services),
         read_integer(services_seen, -1),
         read_time(period),
