@@ -325,6 +325,25 @@ def test_a_latched_cancellation_is_not_carried_out_again(make_site: MakeSite, en
     assert subscriber.get().id == "2" and late.get().id == "2"
 
 
+@pytest.mark.slow
+def test_a_node_that_was_started_again_while_the_other_site_was_away(make_site: MakeSite, endpoint: str) -> None:
+    """Its first command is not the repetition of one by its predecessor, which had the same name."""
+    base = make_site("base", "take: [/cancel]", (), (endpoint,))
+    red = make_site("red", "send: ['base:/cancel']", (endpoint,))
+    first: Any = red.make_node("driver").advertise("/base/cancel", "actionlib_msgs/GoalID", latch=True)
+    subscriber = QueuedSubscriber(base.node, "/cancel", "actionlib_msgs/GoalID")
+    wait_for_subscribers(first)
+    first.publish(id="1")
+    assert subscriber.get().id == "1"
+    base.bridge_node.shutdown()
+    wait_until(lambda: subscriptions(first) == 0, "red notes that base has left")
+    second: Any = red.make_node("driver").advertise("/base/cancel", "actionlib_msgs/GoalID", latch=True)
+    base.restart_bridge()
+    wait_for_subscribers(second)
+    second.publish(id="2")
+    assert subscriber.get().id == "2"
+
+
 ROUTER = """
 import sys
 from pyros1.bridge.transport.zenoh_link import ZenohLink

@@ -337,7 +337,9 @@ class Bridge:
         publisher, md5sum = header.get("callerid", ""), header.get("md5sum", "")
         is_bridged = BRIDGE_FIELD in header or publisher in self._graph.bridges or publisher == self._node.name
         self._graph.check_type(publisher, local, md5sum)
-        received = ReceivedMessage(publisher, md5sum, header.get("latching") == "1", bytes(message._buff))
+        is_latched = header.get("latching") == "1"
+        uri = self._publisher_uri(local, conversion, publisher) if is_latched else ""
+        received = ReceivedMessage(publisher, md5sum, is_latched, bytes(message._buff), uri)
         now = steady_now()
         if conversion is not None:
             self._conversion_pool.put(
@@ -346,6 +348,12 @@ class Bridge:
             return
         with self._lock:
             self._act(self._site.on_message(local, received, is_bridged, now))
+
+    def _publisher_uri(self, local: str, conversion: Conversion | None, publisher: str) -> str:
+        """Return the URI of the node that publishes a topic; empty if the bridge has only just subscribed."""
+        subscriber = self._subscribers.get((local, conversion))
+        links = () if subscriber is None else subscriber.links
+        return next((link.uri for link in links if link.header.get("callerid") == publisher), "")
 
     # Conversions; called by the converting threads -------------------------------------------------------------------
 

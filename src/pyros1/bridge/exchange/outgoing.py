@@ -38,12 +38,14 @@ class ReceivedMessage(NamedTuple):
         md5sum: md5 sum of its type.
         latched: whether the publisher latches it.
         body: the encoded message.
+        uri: the URI of the publisher's node; empty if it is not known, or not needed, as the message is not latched.
     """
 
     publisher: str
     md5sum: str
     latched: bool
     body: bytes
+    uri: str = ""
 
 
 class NumberedMessage(NamedTuple):

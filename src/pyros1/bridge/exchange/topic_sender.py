@@ -319,7 +319,8 @@ class TopicSender:
         requested = [sent for sent in self._by_local.get((local, conversion), ()) if sent.topic.requests]
         if not requested:
             return []
-        is_repeated = received.latched and self._latched_repeats.take((local, conversion), received.publisher, now)
+        source = (local, conversion)
+        is_repeated = received.latched and self._latched_repeats.take(source, received.publisher, received.uri, now)
         for sent in requested:
             message = DropReason.BRIDGED if is_bridged else sent.topic.take(received, now, is_repeated)
             if isinstance(message, str):
